@@ -1,0 +1,1 @@
+"""The desktop application: annotate full-size OCT volumes in 3D and in linked slices."""
