@@ -37,7 +37,7 @@ def _loadable(*sonames: str) -> bool:
 
 
 def _choose_screen() -> None:
-    """Draw offscreen where OSMesa is there, else on the X display (`xvfb-run`), before Qt or VTK is imported."""
+    """Draw offscreen where OSMesa is there, else on the X display. Comes before any import of Qt or VTK."""
     os.environ["ETS_TOOLKIT"] = "qt"
     os.environ["QT_API"] = "pyside6"
     if not sys.platform.startswith("linux"):
