@@ -1,0 +1,238 @@
+"""The annotation document: one volume, one annotator, one method. Frozen; changed only by `edits`."""
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from typing import Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, model_validator
+
+from annotations import __version__
+from annotations.geometry.frames import Vector
+from annotations.geometry.rotations import Quaternion, quaternion
+from annotations.geometry.tool import ToolSpecification
+
+State = Literal["placed", "occluded", "out_of_view", "unplaced"]
+Certainty = Literal["sure", "unsure"]
+Source = Literal["clicked", "typed", "dragged", "nudged", "snapped", "posed", "refined", "fitted", "predicted"]
+Method = Literal["keypoints", "boxes"]
+Status = Literal["in_progress", "done"]
+
+SCHEMA: Literal["oct-annotation/1"] = "oct-annotation/1"
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+PositionUm = tuple[Finite, Finite, Finite]
+Length = Annotated[int, Field(gt=0)]
+
+
+def _utc_second(moment: datetime) -> datetime:
+    if moment.tzinfo is None:
+        raise ValueError("a time must say its zone, such as 2026-11-22T05:00:00Z")
+    return moment.astimezone(UTC).replace(microsecond=0)
+
+
+Moment = Annotated[
+    datetime,
+    AfterValidator(_utc_second),
+    PlainSerializer(lambda moment: moment.strftime("%Y-%m-%dT%H:%M:%SZ"), return_type=str, when_used="json"),
+]
+
+
+def now() -> datetime:
+    """Return the present moment, UTC, to the second: the resolution that files keep."""
+    return datetime.now(UTC).replace(microsecond=0)
+
+
+class Record(BaseModel):
+    """A frozen part of a document; unknown fields are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_by_name=True, validate_by_alias=True)
+
+
+class VolumeReference(Record):
+    """The volume that a document speaks of.
+
+    Attributes
+    ----------
+    path : str
+        Relative to the document's folder where possible, with forward slashes.
+    dataset : str or None
+        Member of a file that holds several arrays.
+    shape : (int, int, int)
+        Voxels along axes 0, 1, 2.
+    dtype : str
+        Type of the stored values, as numpy names it.
+    spacing_um : (float, float, float)
+        Spacing in µm with which the annotation was made.
+    fingerprint : str
+        What volumes are matched by, see `annotations.volumes.fingerprint`.
+    """
+
+    path: str
+    dataset: str | None = None
+    shape: tuple[Length, Length, Length]
+    dtype: str
+    spacing_um: tuple[Positive, Positive, Positive]
+    fingerprint: str
+
+
+class KeypointAnnotation(Record):
+    """One keypoint: absent positions are absent, never (0, 0, 0); positions outside the volume are legal.
+
+    Attributes
+    ----------
+    position_um : (float, float, float) or None
+        In the volume's frame; None for the state ``unplaced`` and for no other.
+    source : str or None
+        How the position came about; None where there is none.
+    locked : bool
+        Refuses every change of position or state until unlocked.
+    """
+
+    name: str
+    state: State = "unplaced"
+    position_um: PositionUm | None = None
+    certainty: Certainty = "sure"
+    source: Source | None = None
+    locked: bool = False
+
+    @model_validator(mode="after")
+    def _check_position(self) -> Self:
+        if (self.state == "unplaced") != (self.position_um is None):
+            raise ValueError(
+                f"keypoint {self.name!r} is {self.state} "
+                + ("but has a position_um" if self.state == "unplaced" else "but has no position_um")
+            )
+        if (self.position_um is None) != (self.source is None):
+            raise ValueError(f"keypoint {self.name!r} needs a source if, and only if, it has a position_um")
+        return self
+
+
+class BoxAnnotation(Record):
+    """One oriented box on a link; its own +x runs along the link towards the tip, +y is the hinge axis.
+
+    Attributes
+    ----------
+    center_um : (float, float, float) or None
+        In the volume's frame; absent, as are size and rotation, for the state ``unplaced`` alone.
+    size_um : (float, float, float) or None
+        Length, width and height along the box's own axes.
+    rotation_wxyz : (float, float, float, float) or None
+        Unit quaternion, w ≥ 0.
+    """
+
+    link: str
+    state: State = "unplaced"
+    center_um: PositionUm | None = None
+    size_um: tuple[Positive, Positive, Positive] | None = None
+    rotation_wxyz: Annotated[Quaternion, AfterValidator(quaternion)] | None = None
+    certainty: Certainty = "sure"
+    source: Source | None = None
+
+    @model_validator(mode="after")
+    def _check_placement(self) -> Self:
+        parts = (self.center_um, self.size_um, self.rotation_wxyz, self.source)
+        if any((part is None) != (self.state == "unplaced") for part in parts):
+            raise ValueError(
+                f"box {self.link!r} is {self.state}: center_um, size_um, rotation_wxyz and source must be "
+                + ("absent" if self.state == "unplaced" else "there")
+            )
+        return self
+
+
+class Annotation(Record):
+    """An annotation document.
+
+    Attributes
+    ----------
+    tool : str
+        Name of the tool specification; ``tool_fingerprint`` pins its content, and ``tool_copy`` is the
+        specification itself where it does not ship with the program.
+    keypoints : tuple of KeypointAnnotation
+        In the tool's order.
+    boxes : tuple of BoxAnnotation
+        One a link at most.
+    created, modified : datetime
+        UTC. ``modified`` and ``active_seconds`` are stamped when the file is written; they are no edits.
+    active_seconds : float
+        Time that the annotator was at work on this document.
+    program : str
+        Version of the program that wrote the file.
+    """
+
+    schema_id: Literal["oct-annotation/1"] = Field(default=SCHEMA, alias="schema")
+    volume: VolumeReference
+    tool: str
+    tool_fingerprint: str | None = None
+    tool_copy: ToolSpecification | None = None
+    annotator: str
+    method: Method
+    status: Status = "in_progress"
+    keypoints: tuple[KeypointAnnotation, ...] = ()
+    boxes: tuple[BoxAnnotation, ...] = ()
+    created: Moment
+    modified: Moment
+    active_seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    program: str = __version__
+
+    @model_validator(mode="after")
+    def _check_names(self) -> Self:
+        for kind, names in (
+            ("keypoint", [keypoint.name for keypoint in self.keypoints]),
+            ("box of link", [box.link for box in self.boxes]),
+        ):
+            for name in names:
+                if names.count(name) > 1:
+                    raise ValueError(f"{kind} {name!r} stands more than once")
+        if self.tool_copy is not None and self.tool_copy.name != self.tool:
+            raise ValueError(f"tool is {self.tool!r}, but tool_copy is {self.tool_copy.name!r}")
+        return self
+
+    def keypoint(self, name: str) -> KeypointAnnotation:
+        """Return the keypoint of that name; KeyError if the document has none."""
+        for keypoint in self.keypoints:
+            if keypoint.name == name:
+                return keypoint
+        raise KeyError(name)
+
+    @property
+    def positions_um(self) -> Mapping[str, Vector]:
+        """Positions in µm of the keypoints that have one, by name."""
+        return {
+            keypoint.name: keypoint.position_um
+            for keypoint in self.keypoints
+            if keypoint.position_um is not None
+        }
+
+
+R = TypeVar("R", bound=Record)
+
+
+def new_annotation(
+    volume: VolumeReference, tool: ToolSpecification, annotator: str, method: Method, *, ships: bool
+) -> Annotation:
+    """Return a fresh document in which every keypoint of the tool is unplaced.
+
+    Parameters
+    ----------
+    ships : bool
+        Whether the tool comes with the program; if not, a copy of it travels with the document.
+    """
+    moment = now()
+    return Annotation(
+        volume=volume,
+        tool=tool.name,
+        tool_fingerprint=tool.fingerprint,
+        tool_copy=None if ships else tool,
+        annotator=annotator,
+        method=method,
+        keypoints=tuple(KeypointAnnotation(name=name) for name in tool.keypoint_names),
+        created=moment,
+        modified=moment,
+    )
+
+
+def changed(record: R, **fields: Any) -> R:
+    """Return a copy of a record with some fields changed, validated as if it were read from a file."""
+    values = {name: getattr(record, name) for name in type(record).model_fields}
+    return type(record)(**(values | fields))

@@ -1,0 +1,29 @@
+"""The error that a user meets: what was wrong, where, and what to do."""
+
+
+class UserError(Exception):
+    """An error whose text is meant for the user of the program.
+
+    Parameters
+    ----------
+    problem : str
+        What was wrong, as a sentence without its full stop.
+    where : object, optional
+        The file, line, field or volume concerned; shown as ``str(where)``.
+    remedy : str, optional
+        What the user can do about it, as a sentence without its full stop.
+    """
+
+    def __init__(self, problem: str, *, where: object = None, remedy: str = "") -> None:
+        self.problem = problem
+        self.where = where
+        self.remedy = remedy
+        super().__init__(problem)
+
+    def __str__(self) -> str:
+        located = f"{self.where}: {self.problem}" if self.where is not None else self.problem
+        return f"{located}. {self.remedy}." if self.remedy else f"{located}."
+
+
+class Cancelled(Exception):  # noqa: N818 - a person's wish, not an error
+    """Long work was stopped because the person who started it asked for that."""

@@ -1,0 +1,1 @@
+"""Frames, rotations, the tool specification, its kinematics and the pose targets."""
