@@ -13,7 +13,9 @@ from annotations.geometry.tool import ToolSpecification
 
 State = Literal["placed", "occluded", "out_of_view", "unplaced"]
 Certainty = Literal["sure", "unsure"]
-Source = Literal["clicked", "typed", "dragged", "nudged", "snapped", "posed", "refined", "fitted", "predicted"]
+Source = Literal[
+    "clicked", "typed", "dragged", "nudged", "snapped", "posed", "refined", "fitted", "predicted"
+]
 Method = Literal["keypoints", "boxes"]
 Status = Literal["in_progress", "done"]
 
@@ -236,3 +238,8 @@ def changed(record: R, **fields: Any) -> R:
     """Return a copy of a record with some fields changed, validated as if it were read from a file."""
     values = {name: getattr(record, name) for name in type(record).model_fields}
     return type(record)(**(values | fields))
+
+
+def without_stamps(annotation: Annotation) -> Annotation:
+    """Return the document as if just created: equal documents have equal content, whenever they were written."""
+    return changed(annotation, modified=annotation.created, active_seconds=0.0, program=__version__)

@@ -1,0 +1,225 @@
+"""Annotation files: read with every doubt named by its line, written so that nothing is ever lost."""
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from annotations import __version__
+from annotations.documents.annotation import SCHEMA, Annotation, KeypointAnnotation, changed, now
+from annotations.documents.json_text import JsonProblem, layout, line_of, parse_strictly
+from annotations.durable_files import SaveError, replace_durably
+from annotations.errors import UserError
+from annotations.geometry.tool import ToolSpecification
+from annotations.geometry.tool_library import find_tool, shipped_tools
+
+FileIdentity = str
+"""SHA-256 of a file's bytes, by which a change by another program is noticed; "" for an absent file."""
+
+_FAMILY = "oct-annotation/"
+
+
+class DocumentError(UserError):
+    """An annotation file that cannot be read as one; the file is untouched."""
+
+
+class ChangedOnDisk(SaveError):  # noqa: N818 - named for what happened
+    """The file is no longer what was read: another program has written it meanwhile."""
+
+
+def load_annotation(path: Path) -> tuple[Annotation, FileIdentity]:
+    """Read an annotation file.
+
+    Returns
+    -------
+    Annotation
+        As it stands in the file.
+    str
+        Identity of the file's content, for `save_annotation`.
+
+    Raises
+    ------
+    DocumentError
+        Absent, not readable, truncated, of a newer schema, or with a field that is unknown, missing or wrong;
+        with the line. The file is untouched.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise DocumentError(
+            f"it could not be read ({error.strerror or error})",
+            where=path,
+            remedy="Check that it exists and that you may read it",
+        ) from error
+    return parse_annotation(content, path), hashlib.sha256(content).hexdigest()
+
+
+def parse_annotation(content: bytes, where: object) -> Annotation:
+    """Read an annotation from the bytes of a file; ``where`` is named in a DocumentError."""
+    try:
+        text = content.decode("utf-8")
+        fields = parse_strictly(text)
+    except UnicodeDecodeError as error:
+        raise DocumentError("it is not text (UTF-8)", where=where, remedy=_RESTORE) from error
+    except JsonProblem as error:
+        raise DocumentError(str(error), where=f"{where}, line {error.line}", remedy=_RESTORE) from error
+    _check_schema(fields, where)
+    try:
+        return Annotation.model_validate(fields)
+    except ValidationError as error:
+        problem = error.errors(include_url=False)[0]
+        location = [part for part in problem["loc"] if isinstance(part, int) or part in text]
+        raise DocumentError(
+            _in_words(problem),
+            where=f"{where}, line {line_of(text, location)}",
+            remedy=_RESTORE,
+        ) from error
+
+
+_RESTORE = "Correct the file, or take its backup (.bak) beside it"
+
+
+def _check_schema(fields: Any, where: object) -> None:
+    schema = fields.get("schema") if isinstance(fields, dict) else None
+    if schema == SCHEMA:
+        return
+    if isinstance(schema, str) and schema.startswith(_FAMILY):
+        raise DocumentError(
+            f"it has the schema {schema!r}, and this program ({__version__}) knows {SCHEMA!r}",
+            where=where,
+            remedy="Open it with the newer version of the program that wrote it",
+        )
+    raise DocumentError(
+        f'it is not an annotation file: "schema" is {schema!r}, not {SCHEMA!r}',
+        where=where,
+        remedy="Choose an annotation file",
+    )
+
+
+def _in_words(problem: Any) -> str:
+    field = ".".join(str(part) for part in problem["loc"])
+    if problem["type"] == "extra_forbidden":
+        return f"the field {field!r} is unknown"
+    message = str(problem["msg"]).removeprefix("Value error, ")
+    return f"{field}: {message}" if field else message
+
+
+def annotation_bytes(annotation: Annotation) -> bytes:
+    """Return the bytes of an annotation's file: UTF-8 JSON, a keypoint a line, absent fields absent."""
+    fields = annotation.model_dump(mode="json", by_alias=True, exclude_none=True)
+    for keypoint in fields["keypoints"]:
+        if not keypoint["locked"]:
+            del keypoint["locked"]
+    return layout(fields).encode()
+
+
+def file_identity(path: Path) -> FileIdentity:
+    """Return the identity of the file's present content; "" if there is no file."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except FileNotFoundError:
+        return ""
+    except OSError as error:
+        raise SaveError(
+            f"what is there could not be compared ({error.strerror or error})",
+            where=path,
+            remedy="Nothing was written; save to another folder",
+        ) from error
+
+
+def save_annotation(
+    annotation: Annotation, path: Path, *, expected: FileIdentity | None, active_seconds: float | None = None
+) -> tuple[Annotation, FileIdentity]:
+    """Write an annotation file atomically and durably; the previous version is kept beside it as ``.bak``.
+
+    Parameters
+    ----------
+    expected : str or None
+        Identity of the content that this annotation came from ("" for a file that did not exist). If the file
+        is another one by now, nothing is written. None overwrites whatever is there; the backup keeps it.
+    active_seconds : float, optional
+        Stamped into the file, like ``modified`` and ``program``.
+
+    Returns
+    -------
+    Annotation
+        As it was written.
+    str
+        Identity of the file's new content.
+
+    Raises
+    ------
+    ChangedOnDisk
+        Another program wrote the file meanwhile.
+    SaveError
+        The file cannot be written; what was there is whole.
+    """
+    if expected is not None and file_identity(path) != expected:
+        raise ChangedOnDisk(
+            "another program has changed it since it was read",
+            where=path,
+            remedy="Reload it, overwrite it (a backup is kept), or save under another name",
+        )
+    stamped = changed(
+        annotation,
+        modified=now(),
+        program=__version__,
+        active_seconds=annotation.active_seconds if active_seconds is None else active_seconds,
+    )
+    content = annotation_bytes(stamped)
+    replace_durably(path, content, backup=backup_path(path))
+    return stamped, hashlib.sha256(content).hexdigest()
+
+
+def backup_path(path: Path) -> Path:
+    """Return where the previous version of an annotation file is kept."""
+    return path.with_name(path.name + ".bak")
+
+
+def tool_of(annotation: Annotation, folders: Sequence[Path] = ()) -> ToolSpecification:
+    """Return the tool that a document was made with: its own copy, or the one found by name (see `find_tool`).
+
+    Raises
+    ------
+    ToolError
+        There is no such tool.
+    DocumentError
+        The tool found by that name is not the one with which the document was made.
+    """
+    if annotation.tool_copy is not None:
+        return annotation.tool_copy
+    tool = find_tool(annotation.tool, folders)
+    if annotation.tool_fingerprint not in (None, tool.fingerprint):
+        raise DocumentError(
+            f"it was made with another version of the tool {tool.name!r} than the one found here",
+            remedy="Put that version of the specification into the study's folder 'tools' under a name of its own",
+        )
+    return tool
+
+
+def ships(tool: ToolSpecification) -> bool:
+    """Say whether a tool, with this content, comes with the program, so that documents need no copy of it."""
+    shipped = shipped_tools().get(tool.name)
+    return shipped is not None and shipped.fingerprint == tool.fingerprint
+
+
+def completed(annotation: Annotation, tool: ToolSpecification) -> Annotation:
+    """Return the document with every keypoint of the tool, in its order; those that were absent are unplaced.
+
+    Raises
+    ------
+    DocumentError
+        The document has a keypoint that the tool does not.
+    """
+    known = {keypoint.name: keypoint for keypoint in annotation.keypoints}
+    unknown = [name for name in known if name not in tool.keypoint_names]
+    if unknown:
+        raise DocumentError(
+            f"keypoint {unknown[0]!r} is unknown to the tool {tool.name!r}, "
+            f"which has {', '.join(tool.keypoint_names)}",
+            remedy="Correct the name or the tool in the file",
+        )
+    keypoints = tuple(known.get(name, KeypointAnnotation(name=name)) for name in tool.keypoint_names)
+    return annotation if keypoints == annotation.keypoints else changed(annotation, keypoints=keypoints)

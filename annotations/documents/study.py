@@ -1,0 +1,112 @@
+"""A study: a folder with volumes, annotators and their annotations, described by ``study.toml``."""
+
+import tomllib
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any, Literal, Self
+
+import tomli_w
+from pydantic import AfterValidator, Field, ValidationError, model_validator
+
+from annotations.documents.annotation import Method, Positive, Record
+from annotations.durable_files import replace_durably
+from annotations.errors import UserError
+from annotations.geometry.tool import Name
+
+STUDY_FILE = "study.toml"
+
+
+class StudyError(UserError):
+    """A study that cannot be opened, or that says what cannot be."""
+
+
+def _relative_path(value: str) -> str:
+    path = PurePosixPath(value)
+    if not value or path.is_absolute() or "\\" in value or ":" in path.parts[0]:
+        raise ValueError(
+            f"a volume's path is relative to the study's folder, with forward slashes: {value!r}"
+        )
+    return value
+
+
+class StudyVolume(Record):
+    """A volume of a study.
+
+    Attributes
+    ----------
+    id : str
+        Unique in the study; annotation files are named after it.
+    path : str
+        Relative to the study's folder, with forward slashes.
+    dataset : str or None
+        Member of a file that holds several arrays.
+    spacing_um : (float, float, float) or None
+        Said here where the file does not say it.
+    """
+
+    id: Name
+    path: Annotated[str, AfterValidator(_relative_path)]
+    dataset: str | None = None
+    spacing_um: tuple[Positive, Positive, Positive] | None = None
+
+
+class Study(Record):
+    """What ``study.toml`` says.
+
+    Attributes
+    ----------
+    tool : str
+        Name of the tool specification, found in the study's folder ``tools`` first.
+    annotators : tuple of str
+        Names of the annotators, each the name of a folder.
+    methods : tuple of str
+        ``keypoints``, ``boxes`` or both.
+    """
+
+    schema_id: Literal["oct-study/1"] = Field(default="oct-study/1", alias="schema")
+    title: str
+    tool: Name
+    methods: Annotated[tuple[Method, ...], Field(min_length=1)] = ("keypoints",)
+    annotators: tuple[Name, ...] = ()
+    volumes: tuple[StudyVolume, ...] = ()
+
+    @model_validator(mode="after")
+    def _check_names(self) -> Self:
+        for kind, names in (
+            ("volume", [volume.id for volume in self.volumes]),
+            ("annotator", list(self.annotators)),
+        ):
+            for name in names:
+                if names.count(name) > 1:
+                    raise ValueError(f"{kind} {name!r} stands more than once")
+        return self
+
+
+def load_study(folder: Path) -> Study:
+    """Read the study in a folder; StudyError if ``study.toml`` is absent, not readable or wrong."""
+    path = folder / STUDY_FILE
+    try:
+        return Study.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (OSError, UnicodeDecodeError) as error:
+        raise StudyError(
+            f"it could not be read ({error})", where=path, remedy="Choose a study's folder"
+        ) from error
+    except tomllib.TOMLDecodeError as error:
+        raise StudyError(f"it is not valid TOML ({error})", where=path, remedy="Correct the file") from error
+    except ValidationError as error:
+        problem = error.errors(include_url=False)[0]
+        field = ".".join(str(part) for part in problem["loc"])
+        message = str(problem["msg"]).removeprefix("Value error, ")
+        raise StudyError(
+            f"{field}: {message}" if field else message, where=path, remedy="Correct the file"
+        ) from error
+
+
+def save_study(study: Study, folder: Path) -> None:
+    """Write ``study.toml`` atomically; SaveError if the folder cannot be written."""
+    fields: dict[str, Any] = study.model_dump(mode="json", by_alias=True, exclude_none=True)
+    replace_durably(folder / STUDY_FILE, tomli_w.dumps(fields).encode())
+
+
+def annotation_path(folder: Path, annotator: str, volume_id: str, method: Method) -> Path:
+    """Return where an annotator's annotation of a volume is kept below a study's folder."""
+    return folder / "annotations" / annotator / f"{volume_id}.{method}.json"
