@@ -12,6 +12,11 @@ def cache_folder() -> Path:
     return platformdirs.user_cache_path(_APPLICATION, appauthor=False)
 
 
+def config_folder() -> Path:
+    """Folder for the user's choices."""
+    return platformdirs.user_config_path(_APPLICATION, appauthor=False)
+
+
 def data_folder() -> Path:
     """Folder for the user's own files: the demo study, tool specifications."""
     return platformdirs.user_data_path(_APPLICATION, appauthor=False)

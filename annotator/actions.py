@@ -1,0 +1,346 @@
+"""Every action of the application, as data.
+
+The menus, the tool bar, the shortcut sheet and ``docs/shortcuts.md`` are all made from this table and the one
+of the mouse's gestures; ``python -m annotator.actions`` prints the last of them.
+"""
+
+from annotator.action import Action
+from annotator.mouse_gestures import GESTURES
+from annotator.view_actions import VIEW_ACTIONS
+
+MENUS = ("File", "Edit", "Annotate", "View", "Go", "Help")
+KEYPOINT_KEYS = 9
+RECENT_FILES = 8
+
+TOOL_BAR: tuple[tuple[str, ...], ...] = (
+    ("open_file", "save"),
+    ("navigate_mode", "place_mode"),
+    ("undo", "redo"),
+    ("next_unplaced", "mark_done"),
+    ("previous_volume", "next_volume"),
+    ("shortcut_sheet",),
+)
+"""Names of the actions in the tool bar, in groups."""
+
+_FILE = (
+    Action("open_file", "Open Volume or Annotation…", "File", ("Ctrl+O",), "Open a volume or an annotation."),
+    Action(
+        "open_folder", "Open Folder…", "File", ("Ctrl+Shift+O",), "Open a study, or every volume in a folder."
+    ),
+    *(
+        Action(
+            f"recent_{number}",
+            f"Recent {number}",
+            "File/Open Recent",
+            (f"Ctrl+Alt+{number}",),
+            "Open again what was open before.",
+        )
+        for number in range(1, RECENT_FILES + 1)
+    ),
+    Action(
+        "save",
+        "Save",
+        "File",
+        ("Ctrl+S",),
+        "Write the annotation to its file now; that also happens by itself.",
+        "document",
+        separated=True,
+    ),
+    Action(
+        "save_copy",
+        "Save a Copy…",
+        "File",
+        ("Ctrl+Shift+S",),
+        "Write the annotation to another file as well, and go on with this one.",
+        "document",
+    ),
+    Action(
+        "close_volume",
+        "Close Volume",
+        "File",
+        ("Ctrl+W",),
+        "Save, and put the volume away.",
+        "volume",
+        separated=True,
+    ),
+    Action("quit", "Quit", "File", ("Ctrl+Q",), "Save, and leave the program."),
+)
+
+_EDIT = (
+    Action("undo", "Undo", "Edit", ("Ctrl+Z",), "Take the last edit back.", "undo", repeats=True),
+    Action("redo", "Redo", "Edit", ("Ctrl+Shift+Z", "Ctrl+Y"), "Make the edit again.", "redo", repeats=True),
+    Action(
+        "copy_pose",
+        "Copy Pose",
+        "Edit",
+        ("Ctrl+Shift+C",),
+        "Copy position, orientation and angles as a table.",
+        "document",
+        separated=True,
+    ),
+    Action(
+        "settings",
+        "Settings…",
+        "Edit",
+        ("Ctrl+,",),
+        "Annotator's name, theme, renderer, autosave and cache.",
+        separated=True,
+    ),
+)
+
+_MOVES = (
+    ("left", "Left", "Left"),
+    ("right", "Right", "Right"),
+    ("up", "Up", "Up"),
+    ("down", "Down", "Down"),
+    ("before", "One Plane Back", "PgUp"),
+    ("behind", "One Plane On", "PgDown"),
+)
+_MOVE_HELP = (
+    "in the slice used last: the active keypoint in place mode, the crosshair (and no annotation) otherwise."
+)
+
+_ANNOTATE = (
+    Action(
+        "navigate_mode",
+        "Navigate",
+        "Annotate",
+        ("Esc",),
+        "No click moves an annotation. First drops a preview, then leaves place mode.",
+        checkable=True,
+    ),
+    Action(
+        "place_mode",
+        "Place Keypoints",
+        "Annotate",
+        ("P",),
+        "A click places the active keypoint, a drag moves a keypoint.",
+        "document",
+        checkable=True,
+    ),
+    Action(
+        "keep_preview",
+        "Keep Proposed Position",
+        "Annotate",
+        ("Return", "Enter"),
+        "Keep the position that a click in the scene proposed.",
+        "preview",
+    ),
+    Action(
+        "next_unplaced",
+        "Next Unplaced Keypoint",
+        "Annotate",
+        ("N",),
+        "Make the next keypoint without a position the active one.",
+        "document",
+        separated=True,
+    ),
+    *(
+        Action(
+            f"keypoint_{number}",
+            f"Keypoint {number}",
+            "Annotate/Keypoint",
+            (str(number),),
+            "Make this keypoint the active one, and go to it.",
+            "document",
+            checkable=True,
+        )
+        for number in range(1, KEYPOINT_KEYS + 1)
+    ),
+    Action(
+        "go_to_keypoint",
+        "Go to Active Keypoint",
+        "Annotate",
+        ("G",),
+        "Bring the crosshair and the slices to the active keypoint.",
+        "positioned",
+    ),
+    *(
+        Action(
+            f"move_{name}",
+            text,
+            "Annotate/Move by a Voxel",
+            (key,),
+            f"Move by one voxel {_MOVE_HELP}",
+            "volume",
+            repeats=True,
+        )
+        for name, text, key in _MOVES
+    ),
+    *(
+        Action(
+            f"move_{name}_ten",
+            f"{text} by Ten" if number < 4 else text.replace("One Plane", "Ten Planes"),
+            "Annotate/Move by a Voxel",
+            (f"Shift+{key}",),
+            f"Move by ten voxels {_MOVE_HELP}",
+            "volume",
+            separated=number == 0,
+            repeats=True,
+        )
+        for number, (name, text, key) in enumerate(_MOVES)
+    ),
+    Action(
+        "snap_maximum",
+        "Snap to Brightest Point",
+        "Annotate",
+        ("M",),
+        "Move the active keypoint to the brightest point near it.",
+        "positioned",
+        separated=True,
+    ),
+    Action(
+        "snap_edge",
+        "Snap to Edge",
+        "Annotate",
+        ("E",),
+        "Move the active keypoint to the strongest edge near it.",
+        "positioned",
+    ),
+    Action(
+        "state_placed",
+        "Placed",
+        "Annotate/State",
+        ("S",),
+        "The active keypoint is seen where it stands.",
+        "positioned",
+        checkable=True,
+    ),
+    Action(
+        "state_occluded",
+        "Occluded",
+        "Annotate/State",
+        ("O",),
+        "The active keypoint is hidden by something: its position is inferred.",
+        "positioned",
+        checkable=True,
+    ),
+    Action(
+        "state_out_of_view",
+        "Out of View",
+        "Annotate/State",
+        ("V",),
+        "The active keypoint lies outside what was scanned.",
+        "positioned",
+        checkable=True,
+    ),
+    Action(
+        "clear",
+        "Unplaced (Clear)",
+        "Annotate/State",
+        ("Del", "Backspace"),
+        "Remove the active keypoint's position.",
+        "positioned",
+        separated=True,
+    ),
+    Action(
+        "unsure",
+        "Unsure",
+        "Annotate",
+        ("U",),
+        "Say that the active keypoint's position is uncertain.",
+        "positioned",
+        checkable=True,
+    ),
+    Action(
+        "lock",
+        "Locked",
+        "Annotate",
+        ("L",),
+        "Protect the active keypoint from every change.",
+        "active",
+        checkable=True,
+    ),
+    Action(
+        "mark_done",
+        "Done",
+        "Annotate",
+        ("Ctrl+D",),
+        "Say that this volume is finished; it stays editable.",
+        "document",
+        checkable=True,
+        separated=True,
+    ),
+)
+
+_GO = (
+    Action(
+        "previous_volume",
+        "Previous Volume",
+        "Go",
+        ("Ctrl+PgUp",),
+        "Save, and open the volume before this one.",
+        "previous",
+    ),
+    Action(
+        "next_volume",
+        "Next Volume",
+        "Go",
+        ("Ctrl+PgDown",),
+        "Save, and open the volume after this one.",
+        "next",
+    ),
+    Action(
+        "cancel_jobs",
+        "Cancel Background Work",
+        "Go",
+        ("Ctrl+.",),
+        "Stop all work in the background; what is open stays as it is.",
+        "jobs",
+        separated=True,
+    ),
+)
+
+_HELP = (
+    Action("shortcut_sheet", "Shortcuts", "Help", ("?", "F1"), "Show every key and every gesture."),
+    Action(
+        "open_log", "Show Log", "Help", ("Ctrl+Alt+L",), "Show the file in which unexpected errors are kept."
+    ),
+    Action("about", "About", "Help", ("Shift+F1",), "Versions, licence and folders.", separated=True),
+)
+
+ACTIONS: tuple[Action, ...] = _FILE + _EDIT + _ANNOTATE + VIEW_ACTIONS + _GO + _HELP
+
+
+def action(name: str) -> Action:
+    """Return the action of that name; KeyError if there is none."""
+    for candidate in ACTIONS:
+        if candidate.name == name:
+            return candidate
+    raise KeyError(name)
+
+
+def sheet_rows() -> tuple[tuple[str, str, str], ...]:
+    """Return (group, text, shortcut) of every action and gesture, as the shortcut sheet shows them."""
+    keys = tuple(
+        (entry.menu.replace("/", " › "), entry.text, ", ".join(entry.shortcuts))
+        for menu in MENUS
+        for entry in ACTIONS
+        if entry.menu.split("/")[0] == menu
+    )
+    return keys + tuple((f"Mouse › {entry.place}", entry.effect, entry.gesture) for entry in GESTURES)
+
+
+def markdown() -> str:
+    """Return the page of shortcuts for the documentation."""
+    lines = [
+        "# Shortcuts and gestures",
+        "",
+        "Made from `annotator/actions.py` by `python -m annotator.actions > docs/shortcuts.md`; the",
+        "application shows the same list with `?`. Keys do nothing to an annotation while text is typed.",
+    ]
+    for menu in MENUS:
+        lines += ["", f"## {menu}", "", "| action | keys | what happens |", "|---|---|---|"]
+        for entry in ACTIONS:
+            title, _, submenu = entry.menu.partition("/")
+            if title == menu:
+                text = f"{submenu} › {entry.text}" if submenu else entry.text
+                keys = ", ".join(f"`{key}`" for key in entry.shortcuts)
+                lines.append(f"| {text} | {keys} | {entry.tooltip} |")
+    lines += ["", "## Mouse", "", "| where | gesture | what happens |", "|---|---|---|"]
+    lines += [f"| {entry.place} | {entry.gesture} | {entry.effect} |" for entry in GESTURES]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    print(markdown(), end="")

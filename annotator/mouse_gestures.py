@@ -1,0 +1,38 @@
+"""What the mouse does in slices, scene and panes, as data: the views do it, the shortcut sheet shows it."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Gesture:
+    """Something done with the mouse: where, how, and what follows."""
+
+    place: str
+    gesture: str
+    effect: str
+
+
+GESTURES: tuple[Gesture, ...] = (
+    Gesture(
+        "Slices", "Click or drag (navigating)", "Move the crosshair; on a keypoint: make it the active one"
+    ),
+    Gesture("Slices", "Click (placing)", "Place the active keypoint"),
+    Gesture("Slices", "Drag a keypoint (placing)", "Move it; Esc takes the drag back"),
+    Gesture("Slices", "Wheel", "One plane on or back; with Shift ten"),
+    Gesture("Slices", "Ctrl+wheel", "Zoom at the cursor, in all three slices"),
+    Gesture("Slices", "Middle drag, or Shift+left drag", "Pan"),
+    Gesture("Slices", "Right drag", "Window (sideways) and level (up and down)"),
+    Gesture("Scene", "Drag", "Rotate"),
+    Gesture("Scene", "Middle drag, or Shift+left drag", "Pan"),
+    Gesture("Scene", "Wheel, or right drag", "Zoom"),
+    Gesture("Scene", "Ctrl+drag", "Window and level"),
+    Gesture("Scene", "Click a keypoint (navigating)", "Make it the active one, and go to it"),
+    Gesture("Scene", "Double click (navigating)", "Bring the slices to the surface under the cursor"),
+    Gesture(
+        "Scene",
+        "Click (placing)",
+        "Propose a position on the surface; the slices go there. Return keeps it, a second click "
+        "from another angle settles its depth, Esc drops it",
+    ),
+    Gesture("Panes", "Double click on a header", "Let the pane fill the window, or show all four again"),
+)
