@@ -11,9 +11,9 @@ from PySide6.QtCore import QByteArray, QSettings
 
 from annotations.app_folders import config_folder
 from annotations.geometry.frames import Vector
+from annotator.theme import THEMES, Theme
 from annotator.view import Rendering
 
-Theme = Literal["system", "light", "dark"]
 Renderer = Literal["auto", "software", "gpu"]
 
 MOST_RECENT = 8
@@ -52,8 +52,8 @@ class Settings:
 
     @property
     def autosave_seconds(self) -> float:
-        """How long after the last edit the annotation's file is written by itself."""
-        return self._number("files/autosave_seconds", 5.0, smallest=0.5, largest=3600.0)
+        """How long after an edit the annotation's file is written by itself; 0 leaves that to the person."""
+        return self._number("files/autosave_seconds", 5.0, smallest=0.0, largest=3600.0)
 
     @autosave_seconds.setter
     def autosave_seconds(self, seconds: float) -> None:
@@ -87,7 +87,7 @@ class Settings:
     def theme(self) -> Theme:
         """Colours of the window."""
         text = self._text("appearance/theme")
-        return next((theme for theme in get_args(Theme) if theme == text), "system")
+        return next((theme for theme in THEMES if theme == text), "system")
 
     @theme.setter
     def theme(self, theme: Theme) -> None:
