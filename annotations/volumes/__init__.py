@@ -1,0 +1,77 @@
+"""Volumes: lazy arrays on disk, their spacing, levels of detail, slices, rays through them, and snapping."""
+
+from annotations.errors import Cancelled
+from annotations.volumes.averaging import AVERAGED_BUDGET_VOXELS, averaged_level
+from annotations.volumes.cache import LevelCache
+from annotations.volumes.fingerprints import fingerprint
+from annotations.volumes.levels import (
+    PREVIEW_BUDGET_VOXELS,
+    Level,
+    detail_block,
+    intensity_window,
+    preview_factors,
+    strided_preview,
+)
+from annotations.volumes.opening import open_volume, volume_paths
+from annotations.volumes.rays import (
+    ClosestApproach,
+    Ray,
+    brightest_sample,
+    clip_to_box,
+    closest_approach,
+    first_surface,
+)
+from annotations.volumes.slices import SliceImage, level_slice, sharp_slice
+from annotations.volumes.snapping import snap_to_edge, snap_to_maximum
+from annotations.volumes.spacing import (
+    OMES_REALTIME_SPACING_UM,
+    OMES_SPACING_UM,
+    Sidecar,
+    SpacingUm,
+    offered_spacing_um,
+    read_sidecar,
+    sidecar_path,
+    validate_spacing_um,
+    write_sidecar,
+)
+from annotations.volumes.volume import DatasetChoice, DatasetChoiceNeeded, Volume, VolumeError
+
+__all__ = [
+    "AVERAGED_BUDGET_VOXELS",
+    "OMES_REALTIME_SPACING_UM",
+    "OMES_SPACING_UM",
+    "PREVIEW_BUDGET_VOXELS",
+    "Cancelled",
+    "ClosestApproach",
+    "DatasetChoice",
+    "DatasetChoiceNeeded",
+    "Level",
+    "LevelCache",
+    "Ray",
+    "Sidecar",
+    "SliceImage",
+    "SpacingUm",
+    "Volume",
+    "VolumeError",
+    "averaged_level",
+    "brightest_sample",
+    "clip_to_box",
+    "closest_approach",
+    "detail_block",
+    "fingerprint",
+    "first_surface",
+    "intensity_window",
+    "level_slice",
+    "offered_spacing_um",
+    "open_volume",
+    "preview_factors",
+    "read_sidecar",
+    "sharp_slice",
+    "sidecar_path",
+    "snap_to_edge",
+    "snap_to_maximum",
+    "strided_preview",
+    "validate_spacing_um",
+    "volume_paths",
+    "write_sidecar",
+]

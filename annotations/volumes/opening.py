@@ -1,0 +1,154 @@
+"""From a path to a volume: which format it is, what its file says, and what a person said."""
+
+import re
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from annotations.volumes.readers import npy, npz
+from annotations.volumes.spacing import read_sidecar
+from annotations.volumes.volume import StoredArray, Volume, VolumeError, unreadable
+
+SUFFIXES = (".npy", ".npz", ".h5", ".hdf5", ".hdf", ".tif", ".tiff", ".btf")
+"""Of the files that a volume can be in; a Zarr volume is a folder."""
+
+_TIFF_MAGICS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+_HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+_HDF5_PLACES = (0, 512, 1024, 2048)
+_ZARR_METADATA = ("zarr.json", ".zarray", ".zgroup")
+
+
+def open_volume(path: Path, *, dataset: str | None = None) -> Volume:
+    """Open a volume without reading its voxels.
+
+    The format is told by the content, not by the name: ``.npy``, ``.npz``, HDF5, TIFF stacks, and folders
+    in Zarr or OME-Zarr. Spacing and depth axis come from the sidecar, else from the file itself.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    dataset : str, optional
+        The member, dataset, series or array inside the file, needed where several can be meant.
+
+    Returns
+    -------
+    Volume
+
+    Raises
+    ------
+    VolumeError
+        There is no such file, it may not be read, it is empty, cut short or damaged, or it holds no
+        three-dimensional array of real numbers.
+    DatasetChoiceNeeded
+        It holds several, and `dataset` is None.
+    """
+    path = Path(path).absolute()
+    try:
+        kind, stored = _open(path, dataset)
+    except OSError as error:
+        raise unreadable(path, error) from error
+    try:
+        sidecar = read_sidecar(path)
+    except BaseException:
+        stored.storage.close()
+        raise
+    answered = sidecar.spacing_um if sidecar is not None else None
+    depth_axes = (sidecar.depth_axis if sidecar is not None else None, stored.depth_axis, 2)
+    source: Literal["file", "sidecar"] | None = "file" if stored.spacing_um is not None else None
+    return Volume(
+        path=path,
+        dataset=stored.dataset,
+        format=kind,
+        shape=stored.shape,
+        dtype=np.dtype(np.uint8) if stored.dtype.kind == "b" else stored.dtype.newbyteorder("="),
+        file_dtype=stored.dtype.str,
+        spacing_um=answered or stored.spacing_um,
+        spacing_source="sidecar" if answered is not None else source,
+        depth_axis=next(axis for axis in depth_axes if axis is not None),
+        chunks=stored.chunks,
+        fortran_order=stored.fortran_order,
+        _storage=stored.storage,
+    )
+
+
+def volume_paths(folder: Path) -> list[Path]:
+    """Return what `open_volume` could open in a folder, judged by names, in natural order.
+
+    Volume 10 comes after volume 9. Hidden files and the folders' own content are left out.
+
+    Raises
+    ------
+    VolumeError
+        The folder does not exist or may not be read.
+    """
+    try:
+        entries = [entry for entry in Path(folder).iterdir() if not entry.name.startswith(".")]
+        found = [entry for entry in entries if _could_be_volume(entry)]
+    except OSError as error:
+        raise unreadable(Path(folder), error) from error
+    return sorted(found, key=_natural_order)
+
+
+def _open(path: Path, dataset: str | None) -> tuple[str, StoredArray]:
+    # The libraries of the larger formats are imported when a file needs them: together they take a second.
+    if path.is_dir():
+        if not _is_zarr(path):
+            raise VolumeError("it is a folder", where=path, remedy="Open a volume inside it")
+        from annotations.volumes.readers.ome_zarr import open_zarr
+
+        return "zarr", open_zarr(path, dataset)
+    heads = _heads(path)
+    head = heads[0]
+    if not head:
+        raise VolumeError("the file is empty (0 bytes)", where=path, remedy="Copy or export it again")
+    if head.startswith(npy.MAGIC):
+        _refuse_dataset(path, dataset)
+        return "npy", npy.open_npy(path)
+    if head.startswith(npz.MAGIC):
+        return "npz", npz.open_npz(path, dataset)
+    if head.startswith(_TIFF_MAGICS):
+        from annotations.volumes.readers.tiff import open_tiff
+
+        return "tiff", open_tiff(path, dataset)
+    if _HDF5_MAGIC in heads:
+        from annotations.volumes.readers.hdf5 import open_hdf5
+
+        return "hdf5", open_hdf5(path, dataset)
+    raise VolumeError(
+        "its content is of no format that can be opened",
+        where=path,
+        remedy="The formats are .npy, .npz, HDF5, TIFF and Zarr; if it is one of them, it is damaged",
+    )
+
+
+def _heads(path: Path) -> list[bytes]:
+    """Return the eight bytes at each place where the signature of a format can stand."""
+    heads = []
+    with path.open("rb") as stream:
+        for place in _HDF5_PLACES:
+            stream.seek(place)
+            heads.append(stream.read(len(_HDF5_MAGIC)))
+    return heads
+
+
+def _refuse_dataset(path: Path, dataset: str | None) -> None:
+    if dataset is not None:
+        raise VolumeError(
+            f"it has no “{dataset}”", where=path, remedy="A .npy file holds one array: leave the name out"
+        )
+
+
+def _could_be_volume(entry: Path) -> bool:
+    if entry.is_dir():
+        return _is_zarr(entry)
+    return entry.suffix.lower() in SUFFIXES
+
+
+def _is_zarr(folder: Path) -> bool:
+    return any((folder / name).is_file() for name in _ZARR_METADATA)
+
+
+def _natural_order(path: Path) -> list[tuple[int, int, str]]:
+    parts = re.split(r"(\d+)", path.name.casefold())
+    return [(0, int(part), "") if part.isdecimal() else (1, 0, part) for part in parts if part]

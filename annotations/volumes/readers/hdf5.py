@@ -1,0 +1,194 @@
+"""HDF5: contiguous datasets are mapped, chunked ones read block by block."""
+
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from annotations.volumes.file_metadata import NAMES, depth_axis_from_attributes, spacing_from_attributes
+from annotations.volumes.volume import (
+    Array,
+    DatasetChoice,
+    DatasetChoiceNeeded,
+    MappedStorage,
+    Region,
+    Shape,
+    Storage,
+    StoredArray,
+    VolumeError,
+    check_array,
+    closed,
+    is_real,
+)
+
+_CHUNK_CACHE_BYTES = 32 << 20
+_NAMED_AT_MOST = 12
+
+
+class Hdf5Storage:
+    """A chunked or compressed dataset; the HDF5 library lets one thread in at a time."""
+
+    def __init__(self, file: h5py.File, dataset: h5py.Dataset) -> None:
+        self._file = file
+        self._dataset: h5py.Dataset | None = dataset
+        self._lock = threading.Lock()
+
+    def read(self, region: Region) -> Array:
+        """Return a copy of the region.
+
+        The library picks strided elements one by one, which is far slower than unpacking the blocks that
+        hold them and striding in memory; that is done a row of blocks at a time, to need little memory.
+        """
+        with self._lock:
+            dataset = self._dataset
+            if dataset is None:
+                raise closed()
+            if all(part.step == 1 for part in region):
+                return np.asarray(dataset[region])
+            planes = range(region[0].start, region[0].stop, region[0].step)
+            spans = tuple(slice(part.start, part.stop) for part in region[1:])
+            steps = (slice(None, None, region[1].step), slice(None, None, region[2].step))
+            result = np.empty(
+                tuple(len(range(part.start, part.stop, part.step)) for part in region), dataset.dtype
+            )
+            thickness = dataset.chunks[0] if dataset.chunks else 1
+            done = 0
+            while done < len(planes):
+                row_end = (planes[done] // thickness + 1) * thickness
+                count = len(range(planes[done], min(row_end, region[0].stop), region[0].step))
+                block = dataset[(slice(planes[done], planes[done + count - 1] + 1), *spans)]
+                result[done : done + count] = block[(slice(None, None, region[0].step), *steps)]
+                done += count
+            return result
+
+    def close(self) -> None:
+        """Close the file."""
+        with self._lock:
+            if self._dataset is not None:
+                self._dataset = None
+                self._file.close()
+
+
+def open_hdf5(path: Path, dataset: str | None) -> StoredArray:
+    """Open a three-dimensional dataset of an HDF5 file.
+
+    Attributes of the dataset, else of the groups that it is in, describe it: see
+    `annotations.volumes.file_metadata`.
+
+    Raises
+    ------
+    VolumeError
+        The file is damaged, holds no volume, or needs a compression filter that is not installed.
+    DatasetChoiceNeeded
+        It holds several, and `dataset` is None.
+    """
+    # Locking a file that is only read is of no use, and fails on many shared folders.
+    file = h5py.File(path, "r", locking=False, rdcc_nbytes=_CHUNK_CACHE_BYTES)
+    try:
+        chosen = _choose(path, file, dataset)
+        name = chosen.name.lstrip("/")
+        shape = check_array(path, name, chosen.shape or (), chosen.dtype)
+        _check_filters(path, chosen)
+        attributes = _attributes(chosen)
+        mapped = _map(path, chosen, shape)
+        chunks = chosen.chunks
+        stored_dtype = chosen.dtype
+        storage: Storage = mapped if mapped is not None else Hdf5Storage(file, chosen)
+    except BaseException:
+        file.close()
+        raise
+    if mapped is not None:
+        file.close()
+    return StoredArray(
+        storage=storage,
+        shape=shape,
+        dtype=stored_dtype,
+        dataset=name,
+        chunks=None if chunks is None else (chunks[0], chunks[1], chunks[2]),
+        spacing_um=spacing_from_attributes(attributes, path),
+        depth_axis=depth_axis_from_attributes(attributes),
+    )
+
+
+def _choose(path: Path, file: h5py.File, name: str | None) -> h5py.Dataset:
+    if name is not None:
+        found = file.get(name)
+        if not isinstance(found, h5py.Dataset):
+            raise VolumeError(
+                f"it has no dataset “{name}”", where=path, remedy=f"It holds: {_listing(_datasets(file))}"
+            )
+        return found
+    datasets = _datasets(file)
+    volumes = [
+        each
+        for each in datasets
+        if each.shape is not None and len(each.shape) == 3 and 0 not in each.shape and is_real(each.dtype)
+    ]
+    if len(volumes) > 1:
+        raise DatasetChoiceNeeded(
+            path, [DatasetChoice(each.name.lstrip("/"), each.shape, each.dtype.str) for each in volumes]
+        )
+    if volumes:
+        return volumes[0]
+    if len(datasets) == 1:
+        return datasets[0]
+    raise VolumeError(
+        f"the file holds no three-dimensional dataset of real numbers; it holds: {_listing(datasets)}",
+        where=path,
+        remedy="Save one three-dimensional dataset, axes x, y, z",
+    )
+
+
+def _datasets(file: h5py.File) -> list[h5py.Dataset]:
+    found: list[h5py.Dataset] = []
+
+    def keep(_name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            found.append(item)
+
+    file.visititems(keep)
+    return found
+
+
+def _listing(datasets: Sequence[h5py.Dataset]) -> str:
+    named = [f"{each.name.lstrip('/')} {each.shape} {each.dtype}" for each in datasets[:_NAMED_AT_MOST]]
+    if len(datasets) > _NAMED_AT_MOST:
+        named.append(f"and {len(datasets) - _NAMED_AT_MOST} more")
+    return ", ".join(named) or "no datasets"
+
+
+def _attributes(dataset: h5py.Dataset) -> dict[str, Any]:
+    """Return the known attributes of the dataset, or of the nearest group above that has any."""
+    item: Any = dataset
+    while True:
+        attributes = {name: item.attrs[name] for name in NAMES if name in item.attrs}
+        if attributes or item.name == "/":
+            return attributes
+        item = item.parent
+
+
+def _check_filters(path: Path, dataset: h5py.Dataset) -> None:
+    properties = dataset.id.get_create_plist()
+    for index in range(properties.get_nfilters()):
+        code, _, _, name = properties.get_filter(index)
+        if not h5py.h5z.filter_avail(code):
+            raise VolumeError(
+                f"it is compressed with {name.decode(errors='replace') or 'a filter'} (HDF5 filter {code}), "
+                "which is not installed",
+                where=path,
+                remedy="Install the Python package hdf5plugin, or save the volume without that filter",
+            )
+
+
+def _map(path: Path, dataset: h5py.Dataset, shape: Shape) -> MappedStorage | None:
+    """Map a dataset whose bytes lie in the file as NumPy would have them; None for any other."""
+    offset = dataset.id.get_offset()
+    if offset is None or dataset.chunks is not None or dataset.external or dataset.is_virtual:
+        return None
+    if dataset.id.get_type() != h5py.h5t.py_create(dataset.dtype, logical=True):
+        return None
+    with path.open("rb") as stream:
+        return MappedStorage.of_stream(stream, where=path, dtype=dataset.dtype, shape=shape, offset=offset)

@@ -1,0 +1,360 @@
+"""A lazy, read-only, three-dimensional array on disk, and what can be wrong with one."""
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, Literal, Protocol, Self, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from annotations.errors import UserError
+
+Array = NDArray[Any]
+Shape = tuple[int, int, int]
+Region = tuple[slice, slice, slice]
+WHOLE = slice(None)
+
+
+class VolumeError(UserError):
+    """A file that cannot be opened or read as a volume."""
+
+
+@dataclass(frozen=True)
+class DatasetChoice:
+    """One of several three-dimensional arrays in a file.
+
+    Attributes
+    ----------
+    name : str
+        What `open_volume` takes as its ``dataset``.
+    shape : tuple of int
+    dtype : str
+        As stored, with the byte order: ``">u2"``.
+    """
+
+    name: str
+    shape: Shape
+    dtype: str
+
+    def __str__(self) -> str:
+        return f"{self.name} ({' × '.join(map(str, self.shape))}, {self.dtype})"
+
+
+class DatasetChoiceNeeded(VolumeError):  # noqa: N818 - a question rather than an error
+    """The file holds several three-dimensional arrays, and nobody has said which.
+
+    Attributes
+    ----------
+    choices : tuple of DatasetChoice
+    """
+
+    def __init__(self, path: Path, choices: Sequence[DatasetChoice]) -> None:
+        self.choices = tuple(choices)
+        super().__init__(
+            f"there are {len(self.choices)} volumes in this file: {'; '.join(map(str, self.choices))}",
+            where=path,
+            remedy="Choose one of them by its name",
+        )
+
+
+class Storage(Protocol):
+    """Where a volume's voxels come from; one class a way of storing them. Safe in several threads."""
+
+    def read(self, region: Region) -> Array:
+        """Return the voxels of a region whose slices have a start, a stop and a positive step."""
+
+    def close(self) -> None:
+        """Let go of the file; once closed, stay closed."""
+
+
+@dataclass(frozen=True, eq=False)
+class StoredArray:
+    """An array as a reader found it in its file.
+
+    Attributes
+    ----------
+    storage : Storage
+    shape : tuple of int
+    dtype : numpy.dtype
+        As stored, with its byte order.
+    dataset : str or None
+        Its name where a file can hold several.
+    chunks : tuple of int or None
+        The size of the blocks that can only be read whole; None where any byte can be.
+    fortran_order : bool
+        Whether axis 0 is the one whose neighbours lie side by side.
+    spacing_um : tuple of float or None
+        As the file itself says it.
+    depth_axis : int or None
+        As the file itself says it.
+    """
+
+    storage: Storage
+    shape: Shape
+    dtype: np.dtype[Any]
+    dataset: str | None = None
+    chunks: Shape | None = None
+    fortran_order: bool = False
+    spacing_um: tuple[float, float, float] | None = None
+    depth_axis: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Volume:
+    """A lazy, read-only, three-dimensional array on disk.
+
+    Opening reads the header only. Several threads may read at once, but for formats that are compressed
+    they take turns. Made by `open_volume`. A context manager: leaving it closes the volume.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        Absolute.
+    dataset : str or None
+        The member, dataset, series or array inside the file, where there can be several.
+    format : str
+        One of ``npy``, ``npz``, ``hdf5``, ``tiff``, ``zarr``.
+    shape : tuple of int
+        Along array axes 0, 1, 2: x, y, z.
+    dtype : numpy.dtype
+        Of the voxels as handed out: native byte order, and uint8 for a file of booleans.
+    file_dtype : str
+        As stored: ``">u2"``.
+    spacing_um : tuple of float or None
+        Of the voxels along axes 0, 1, 2, from a person's answer (the sidecar) or else from the file's own
+        metadata; None where neither says.
+    spacing_source : {"file", "sidecar"} or None
+    depth_axis : int
+        Along which the light travels: from the sidecar or the file, else 2.
+    chunks : tuple of int or None
+        The size of the blocks that can only be read whole; None where any byte can be.
+    fortran_order : bool
+        Whether neighbours along axis 0, rather than along axis 2, lie side by side in the file.
+    """
+
+    path: Path
+    dataset: str | None
+    format: str
+    shape: Shape
+    dtype: np.dtype[Any]
+    file_dtype: str
+    spacing_um: tuple[float, float, float] | None
+    spacing_source: Literal["file", "sidecar"] | None
+    depth_axis: int
+    chunks: Shape | None
+    fortran_order: bool
+    _storage: Storage = field(repr=False)
+
+    def read(self, region: tuple[slice, slice, slice]) -> Array:
+        """Return the voxels of a region, reading no more of the file than that needs.
+
+        Parameters
+        ----------
+        region : tuple of slice
+            One slice an axis, with the meaning that NumPy gives it; steps must be positive.
+
+        Returns
+        -------
+        numpy.ndarray
+            Three-dimensional, `dtype`, in C or Fortran order as the file has it. A read-only view of the
+            file where that is possible (then the disk is touched when the values are), else a copy.
+
+        Raises
+        ------
+        VolumeError
+            The file can no longer be read, is damaged, or the volume was closed.
+        ValueError
+            A step is not positive.
+        """
+        first, second, third = (
+            slice(*part.indices(length)) for part, length in zip(region, self.shape, strict=True)
+        )
+        if min(first.step, second.step, third.step) < 1:
+            raise ValueError(f"steps must be positive: {region}")
+        try:
+            stored = self._storage.read((first, second, third))
+        except VolumeError as error:
+            raise VolumeError(error.problem, where=self.path, remedy=error.remedy) from error
+        except (OSError, RuntimeError) as error:
+            raise unreadable(self.path, error) from error
+        return _native(stored)
+
+    def slice_plane(self, axis: int, index: int) -> Array:
+        """Return the plane of voxels with one index, in memory.
+
+        Parameters
+        ----------
+        axis : int
+            0, 1 or 2.
+        index : int
+            From 0 to ``shape[axis] - 1``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Two-dimensional: the remaining axes in their order. C-contiguous, and a copy: looking at it
+            later never waits for the disk.
+
+        Raises
+        ------
+        VolumeError
+            As `read`.
+        IndexError
+            The plane does not exist.
+        """
+        if not 0 <= index < self.shape[axis]:
+            raise IndexError(f"no plane {index} along axis {axis} of a volume of shape {self.shape}")
+        region = [WHOLE, WHOLE, WHOLE]
+        region[axis] = slice(index, index + 1)
+        plane = self.read((region[0], region[1], region[2])).squeeze(axis)
+        return np.array(plane, order="C", copy=True)
+
+    def close(self) -> None:
+        """Let go of the file. Arrays already handed out stay good; closing again does nothing."""
+        self._storage.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+class MappedStorage:
+    """Voxels that lie in a file just as they lie in memory; the operating system reads what is touched."""
+
+    def __init__(self, array: Array) -> None:
+        self._array: Array | None = array
+
+    @classmethod
+    def of_stream(
+        cls,
+        stream: IO[bytes],
+        *,
+        where: Path,
+        dtype: np.dtype[Any],
+        shape: Shape,
+        offset: int = 0,
+        fortran_order: bool = False,
+    ) -> Self:
+        """Map an array that starts at a byte of an open file; the file may be closed afterwards.
+
+        Raises
+        ------
+        VolumeError
+            The file ends before the array does.
+        """
+        needed = offset + math.prod(shape) * dtype.itemsize
+        found = stream.seek(0, os.SEEK_END)
+        if found < needed:
+            raise VolumeError(
+                f"the file is cut short: its header promises {needed:,} bytes and there are {found:,}",
+                where=where,
+                remedy="Copy or export it again",
+            )
+        # NumPy takes any open file here; its stubs know of fewer.
+        mapped = np.memmap(cast(Any, stream), dtype, "r", offset, shape, "F" if fortran_order else "C")
+        return cls(np.asarray(mapped))
+
+    def read(self, region: Region) -> Array:
+        """Return a view of the file."""
+        array = self._array
+        if array is None:
+            raise closed()
+        return array[region]
+
+    def close(self) -> None:
+        """Forget the array; the file is let go with the last view of it."""
+        self._array = None
+
+
+def check_array(path: Path, dataset: str | None, shape: Sequence[int], dtype: np.dtype[Any]) -> Shape:
+    """Return the shape of an array that can be a volume.
+
+    Raises
+    ------
+    VolumeError
+        It has no three axes, no voxels, or values that are no real numbers.
+    """
+    what = "the array" if dataset is None else f"“{dataset}”"
+    sizes = " × ".join(map(str, shape)) or "none"
+    if not is_real(dtype):
+        raise VolumeError(
+            f"{what} holds {_kind_of(dtype)} ({dtype}), not real numbers",
+            where=path,
+            remedy="Save the intensities as integers or floating-point numbers",
+        )
+    if len(shape) != 3:
+        raise VolumeError(
+            f"{what} has {len(shape)} axes (shape {sizes}), and a volume has three",
+            where=path,
+            remedy="Save one three-dimensional array, axes x, y, z",
+        )
+    if 0 in shape:
+        raise VolumeError(
+            f"{what} is empty: its shape is {sizes}",
+            where=path,
+            remedy="Export it again with at least one voxel along each axis",
+        )
+    return (int(shape[0]), int(shape[1]), int(shape[2]))
+
+
+def is_real(dtype: np.dtype[Any]) -> bool:
+    """Say whether values are real numbers or truth values."""
+    return dtype.kind in "biuf" and dtype.subdtype is None
+
+
+def closed() -> VolumeError:
+    """Return the error of reading after closing."""
+    return VolumeError("the volume was closed", remedy="Open it again")
+
+
+def unreadable(path: Path, error: Exception) -> VolumeError:
+    """Return what a user is told when the operating system or a format's library gives up on a file."""
+    if isinstance(error, PermissionError):
+        return VolumeError(
+            "you may not read it",
+            where=path,
+            remedy="Ask its owner for permission, or copy it to a place of your own",
+        )
+    if isinstance(error, FileNotFoundError):
+        return VolumeError(
+            "it does not exist", where=path, remedy="Check the name, and whether the disk is connected"
+        )
+    reason = (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__
+    return VolumeError(
+        f"it could not be read ({reason})",
+        where=path,
+        remedy="It may be damaged or out of reach: try to copy or export it again",
+    )
+
+
+def _native(stored: Array) -> Array:
+    if stored.dtype.kind == "b":
+        # A damaged file can hold bytes other than 0 and 1, so they are compared rather than relabelled.
+        truth: Array = stored.view(np.uint8) != 0
+        return truth.view(np.uint8)
+    if not stored.dtype.isnative:
+        return stored.astype(stored.dtype.newbyteorder("="))
+    return stored
+
+
+def _kind_of(dtype: np.dtype[Any]) -> str:
+    names = {
+        "c": "complex numbers",
+        "O": "Python objects",
+        "S": "text",
+        "U": "text",
+        "M": "dates",
+        "m": "durations",
+    }
+    return names.get(dtype.kind, "records or raw bytes")
