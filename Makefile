@@ -2,7 +2,7 @@
 # system libraries of Qt and VTK where that takes no password, and names the exact command where it does.
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format clean
+.PHONY: help demo test lint format docs clean
 
 is_usable = $(1) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
@@ -53,6 +53,10 @@ format:  ## rewrite the code in the project's style
 	$(call set_up,[test])
 	@$(PY) -m ruff check --fix-only --quiet .
 	@$(PY) -m ruff format .
+
+docs:  ## rewrite the pages that are made from the code
+	$(call set_up,[test])
+	@$(PY) -m annotator.actions > docs/shortcuts.md
 
 clean:  ## remove the environment and every cache
 	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

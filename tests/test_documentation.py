@@ -14,6 +14,7 @@ from annotations.geometry.tool import AngleTarget, Joint, Link, Targets, ToolSpe
 from annotations.geometry.tool_library import parse_tool, shipped_tools
 from annotations.volumes.file_metadata import SPACING_NAMES
 from annotations.volumes.spacing import read_sidecar, sidecar_path
+from annotator.actions import markdown
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md")])
@@ -92,6 +93,12 @@ def test_the_file_format_names_every_attribute_that_states_a_spacing() -> None:
     ]
 
     assert unnamed == []
+
+
+def test_the_page_of_shortcuts_is_made_from_the_actions() -> None:
+    written = (ROOT / "docs" / "shortcuts.md").read_text(encoding="utf-8")
+
+    assert written == markdown(), "run `make docs`"
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
