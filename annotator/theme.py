@@ -1,14 +1,12 @@
 """The application's looks: light, dark or the system's choice, and the colours that carry a meaning."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QApplication
 
-Theme = Literal["system", "light", "dark"]
-THEMES: tuple[Theme, ...] = ("system", "light", "dark")
+from annotator.settings import Theme
 
 
 @dataclass(frozen=True)
@@ -140,7 +138,9 @@ def palette(*, dark: bool) -> QPalette:
     disabled = QColor("#767c86" if dark else "#8b919b")
     for role in _DISABLED_TEXT:
         made.setColor(QPalette.ColorGroup.Disabled, role, disabled)
-    made.setColor(QPalette.ColorGroup.Disabled, QPalette.ColorRole.Highlight, QColor("#4a4e55" if dark else "#c9cdd5"))
+    made.setColor(
+        QPalette.ColorGroup.Disabled, QPalette.ColorRole.Highlight, QColor("#4a4e55" if dark else "#c9cdd5")
+    )
     return made
 
 

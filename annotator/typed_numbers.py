@@ -4,6 +4,8 @@ import math
 import re
 from typing import Literal
 
+from annotations.geometry.frames import voxel_to_um
+
 Unit = Literal["um", "voxel"]
 
 _UM_PER = {"µm": 1.0, "μm": 1.0, "um": 1.0, "mm": 1000.0, "cm": 10_000.0}
@@ -64,7 +66,7 @@ def parse_length_um(text: str, unit: Unit, spacing_um: float) -> float:
     if written in _UM_PER:
         return number * _UM_PER[written]
     if written in _VOXEL_WORDS or unit == "voxel":
-        return number * spacing_um
+        return float(voxel_to_um(number, spacing_um))
     return number
 
 

@@ -1,0 +1,110 @@
+"""How cells of the keypoint table are edited: a list of states, a coordinate read with care, a clear button."""
+
+from typing import Any
+
+from PySide6.QtCore import QAbstractItemModel, QEvent, QObject, QPoint, Qt
+from PySide6.QtGui import QKeyEvent, QPainter, QPen
+from PySide6.QtWidgets import (
+    QAbstractItemDelegate,
+    QComboBox,
+    QLineEdit,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QToolTip,
+    QWidget,
+)
+
+from annotator.panels.keypoints_model import STATES, Index, KeypointsModel
+from annotator.panels.quiet_inputs import QuietComboBox
+
+_KEEPING_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Tab, Qt.Key.Key_Backtab)
+
+
+class StateDelegate(QStyledItemDelegate):
+    """Chooses a keypoint's state from a list that opens at once; the choice is kept when it is made."""
+
+    def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QComboBox:
+        editor = QuietComboBox(parent)
+        editor.setObjectName("keypoint_state_editor")
+        editor.setAccessibleName("State")
+        for state in STATES:
+            editor.addItem(state.replace("_", " "), state)
+        editor.activated.connect(lambda: self._keep(editor))
+        return editor
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:
+        if isinstance(editor, QComboBox):
+            editor.setCurrentIndex(editor.findData(index.data(Qt.ItemDataRole.EditRole)))
+            editor.showPopup()
+
+    def setModelData(self, editor: QWidget, model: QAbstractItemModel, index: Index) -> None:
+        if isinstance(editor, QComboBox):
+            model.setData(index, editor.currentData())
+
+    def _keep(self, editor: QComboBox) -> None:
+        self.commitData.emit(editor)
+        self.closeEditor.emit(editor, QAbstractItemDelegate.EndEditHint.NoHint)
+
+
+class CoordinateDelegate(QStyledItemDelegate):
+    """Edits a coordinate as text. Wrong text is explained and stays open; Esc gives it up."""
+
+    def __init__(self, model: KeypointsModel, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._model = model
+
+    def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QLineEdit:
+        editor = QLineEdit(parent)
+        editor.setObjectName("keypoint_coordinate_editor")
+        editor.setAccessibleName(f"{self._model.name(index.row())} along {'xyz'[index.column() - 3]}")
+        editor.setAlignment(Qt.AlignmentFlag.AlignRight)
+        editor.setProperty("row", index.row())
+        editor.setProperty("column", index.column())
+        return editor
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:
+        if isinstance(editor, QLineEdit) and not editor.isModified():
+            editor.setText(index.data(Qt.ItemDataRole.EditRole))
+            editor.selectAll()
+
+    def setModelData(self, editor: QWidget, model: QAbstractItemModel, index: Index) -> None:
+        if isinstance(editor, QLineEdit):
+            model.setData(index, editor.text())
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if (
+            isinstance(watched, QLineEdit)
+            and isinstance(event, QKeyEvent)
+            and event.type() == QEvent.Type.KeyPress
+            and event.key() in _KEEPING_KEYS
+        ):
+            refusal = self._model.refusal(watched.property("row"), watched.property("column"), watched.text())
+            if refusal:
+                QToolTip.showText(watched.mapToGlobal(QPoint(0, watched.height())), refusal, watched)
+                self._model.not_understood.emit(f"{refusal}. Nothing was changed yet.")
+                watched.selectAll()
+                return True
+        return super().eventFilter(watched, event)
+
+
+class ClearDelegate(QStyledItemDelegate):
+    """Draws a small cross, faint where there is nothing to clear; the panel answers the click."""
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Any) -> None:
+        super().paint(painter, option, index)
+        clearable = index.siblingAtColumn(1).data(Qt.ItemDataRole.EditRole) != "unplaced"
+        clearable = clearable and bool(index.siblingAtColumn(1).flags() & Qt.ItemFlag.ItemIsEditable)
+        group = option.palette.ColorGroup.Active if clearable else option.palette.ColorGroup.Disabled
+        selected = bool(option.state & QStyle.StateFlag.State_Selected)
+        role = option.palette.ColorRole.HighlightedText if selected else option.palette.ColorRole.Text
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        pen = QPen(option.palette.color(group, role), 1.6)
+        pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+        painter.setPen(pen)
+        arm = max(option.fontMetrics.height() // 4, 3)
+        center = option.rect.center()
+        painter.drawLine(center + QPoint(-arm, -arm), center + QPoint(arm, arm))
+        painter.drawLine(center + QPoint(-arm, arm), center + QPoint(arm, -arm))
+        painter.restore()

@@ -1,0 +1,179 @@
+"""The position of the active keypoint in three spin boxes: everything moves with the value, one step of undo."""
+
+import math
+
+from PySide6.QtCore import QSignalBlocker, QTimer, Slot
+from PySide6.QtWidgets import QApplication, QGridLayout, QLabel, QSizePolicy, QWidget
+
+from annotations.geometry.frames import Vector, um_to_voxel, vector, voxel_to_um
+from annotator import theme
+from annotator.labels import ElidedText
+from annotator.panels.quiet_inputs import QuietSpinBox
+from annotator.session import Session
+from annotator.typed_numbers import Unit
+
+_SETTLE_MS = 700
+_DECIMALS = 2
+_FARTHEST = 1e9
+
+
+class PositionEditor(QWidget):
+    """Previews while values are typed or stepped; keeps them on Enter, on leaving, or once stepping rests.
+
+    What is being edited is the session's preview: Esc drops it here as everywhere. Going from one of the boxes
+    to the next is not leaving: x, y and z typed in a row are one edit.
+    """
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._unit: Unit = "um"
+        self.setObjectName("position_editor")
+        self._title = ElidedText(name="position_title")
+        self._labels: list[QLabel] = []
+        self._boxes: list[QuietSpinBox] = []
+        layout = QGridLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._title, 0, 0, 1, 6)
+        for axis, letter in enumerate("xyz"):
+            box = QuietSpinBox()
+            box.setObjectName(f"position_{letter}")
+            box.setAccessibleName(f"{letter} of the active keypoint")
+            box.setDecimals(_DECIMALS)
+            box.setRange(-_FARTHEST, _FARTHEST)
+            # Its own hint would leave room for the largest number allowed.
+            box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            box.setMinimumWidth(box.fontMetrics().horizontalAdvance("−00000.00") + box.fontMetrics().height() * 2)
+            box.valueChanged.connect(self._on_box_value_changed)
+            box.stepped.connect(self._on_box_stepped)
+            box.editingFinished.connect(self._on_box_editing_finished)
+            box.escaped.connect(self._on_box_escaped)
+            label = QLabel(f"&{letter}")
+            label.setBuddy(box)
+            layout.addWidget(label, 1, axis * 2)
+            layout.addWidget(box, 1, axis * 2 + 1)
+            layout.setColumnStretch(axis * 2 + 1, 1)
+            self._labels.append(label)
+            self._boxes.append(box)
+        self._rest = QTimer(self)
+        self._rest.setSingleShot(True)
+        self._rest.setInterval(_SETTLE_MS)
+        self._rest.timeout.connect(self._on_rest_timeout)
+        session.view_changed.connect(self._on_session_view_changed)
+        session.document_changed.connect(self._on_session_document_changed)
+        session.volume_changed.connect(self._on_session_volume_changed)
+        self._draw()
+
+    def set_unit(self, unit: Unit) -> None:
+        """Show and read µm or voxels; a step is one voxel in either."""
+        self._unit = unit
+        self._draw()
+
+    @Slot()
+    def _on_box_value_changed(self) -> None:
+        name = self._session.view.active_keypoint
+        position_um = self._shown_um()
+        box = self.sender()
+        spacing_um = self._session.spacing_um
+        if name is None or position_um is None or spacing_um is None or not isinstance(box, QuietSpinBox):
+            return
+        axis = self._boxes.index(box)
+        moved = list(position_um)
+        moved[axis] = box.value() if self._unit == "um" else float(voxel_to_um(box.value(), spacing_um[axis]))
+        # Only steps come to rest by themselves; a person may pause in the middle of a number.
+        self._rest.stop()
+        self._session.begin_preview(name, vector(moved), "typed")
+        self._session.look(crosshair_um=vector(moved))
+
+    @Slot()
+    def _on_box_stepped(self) -> None:
+        self._rest.start()
+
+    @Slot()
+    def _on_box_editing_finished(self) -> None:
+        focused = QApplication.focusWidget()
+        if focused is self.sender() or focused not in self._boxes:
+            self._keep()
+
+    @Slot()
+    def _on_rest_timeout(self) -> None:
+        self._keep()
+
+    @Slot()
+    def _on_box_escaped(self) -> None:
+        self._rest.stop()
+        if self._is_editing():
+            self._session.drop_preview()
+        self._draw(over_typing=True)
+
+    @Slot(object, object)
+    def _on_session_view_changed(self, before: object, after: object) -> None:
+        self._draw()
+
+    @Slot(object, object)
+    def _on_session_document_changed(self, before: object, after: object) -> None:
+        self._draw()
+
+    @Slot()
+    def _on_session_volume_changed(self) -> None:
+        self._draw()
+
+    def _is_editing(self) -> bool:
+        preview = self._session.view.preview
+        return preview is not None and preview.source == "typed"
+
+    def _keep(self) -> None:
+        self._rest.stop()
+        preview = self._session.view.preview
+        if preview is not None and preview.source == "typed":
+            # Not `keep_preview`: that is for clicks, and goes on to the next keypoint, as typing should not.
+            self._session.type_position(preview.keypoint, preview.position_um)
+
+    def _shown_um(self) -> Vector | None:
+        """Where the active keypoint is; where the slices meet, as an offer, if it is not placed."""
+        name = self._session.view.active_keypoint
+        if name is None or self._session.document is None:
+            return None
+        return self._session.shown_positions_um().get(name, self._session.view.crosshair_um)
+
+    def _draw(self, *, over_typing: bool = False) -> None:
+        name, spacing_um = self._session.view.active_keypoint, self._session.spacing_um
+        position_um = self._shown_um()
+        document = self._session.document
+        usable = False
+        if name is None or position_um is None or spacing_um is None or document is None:
+            self._title.setText("No active keypoint: choose one in the table or by its number key")
+        else:
+            keypoint = document.keypoint(name)
+            usable = not keypoint.locked
+            if self._is_editing():
+                state = "Enter keeps it, Esc drops it"
+            elif keypoint.locked:
+                state = "locked"
+            elif keypoint.position_um is None:
+                state = "unplaced: begins at the crosshair"
+            else:
+                state = keypoint.state.replace("_", " ")
+            self._title.setText(f"{name}: {state}")
+            shown = position_um if self._unit == "um" else um_to_voxel(position_um, spacing_um)
+            for axis, box in enumerate(self._boxes):
+                self._show(box, float(shown[axis]), 1.0 if self._unit == "voxel" else spacing_um[axis], over_typing)
+        colors = theme.colors(self.palette())
+        for axis, (box, label) in enumerate(zip(self._boxes, self._labels, strict=True)):
+            box.setEnabled(usable)
+            box.setSuffix(" µm" if self._unit == "um" else "")
+            box.setToolTip(
+                f"Position along {'xyz'[axis]} in {'µm' if self._unit == 'um' else 'voxels'}; "
+                "the arrows step by one voxel. Everything moves with the value; Enter keeps it, Esc drops it"
+            )
+            palette = label.palette()
+            palette.setColor(label.foregroundRole(), colors.axes[axis])
+            label.setPalette(palette)
+
+    @staticmethod
+    def _show(box: QuietSpinBox, value: float, step: float, over_typing: bool) -> None:
+        box.setSingleStep(step)
+        # Rewriting an equal value would move the cursor of the person who is typing it.
+        if over_typing or not math.isclose(box.value(), value, abs_tol=0.6 * 10**-_DECIMALS, rel_tol=0):
+            with QSignalBlocker(box):
+                box.setValue(value)
