@@ -1,12 +1,14 @@
 """The application's looks: light, dark or the system's choice, and the colours that carry a meaning."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QApplication
 
-from annotator.settings import Theme
+Theme = Literal["system", "light", "dark"]
+THEMES: tuple[Theme, ...] = ("system", "light", "dark")
 
 
 @dataclass(frozen=True)
