@@ -9,7 +9,7 @@ import numpy as np
 
 from annotations.documents.annotation import VolumeReference
 from annotations.geometry.frames import Vector
-from annotations.volumes import Volume, fingerprint
+from annotations.volumes import Volume
 
 Mismatch = Literal["shape", "dtype", "fingerprint", "spacing"]
 
@@ -22,21 +22,27 @@ class VolumeFinding:
     problem: str
 
 
-def reference_to(volume: Volume, spacing_um: Vector, annotation_path: Path) -> VolumeReference:
-    """Describe a volume for a document that will be kept at a path; reads the volume's fingerprint blocks."""
-    try:
-        relative = Path(os.path.relpath(volume.path, annotation_path.parent)).as_posix()
-    except ValueError:
-        # Another drive on Windows has no relative path.
-        relative = volume.path.as_posix()
+def reference_to(
+    volume: Volume, spacing_um: Vector, annotation_path: Path, volume_fingerprint: str
+) -> VolumeReference:
+    """Describe a volume for a document that will be kept at a path."""
     return VolumeReference(
-        path=relative,
+        path=relative_path(volume.path, annotation_path),
         dataset=volume.dataset,
         shape=volume.shape,
         dtype=volume.dtype.name,
         spacing_um=spacing_um,
-        fingerprint=fingerprint(volume),
+        fingerprint=volume_fingerprint,
     )
+
+
+def relative_path(volume_path: Path, annotation_path: Path) -> str:
+    """Return how a document kept at a path names its volume: relative to its folder, with forward slashes."""
+    try:
+        return Path(os.path.relpath(volume_path, annotation_path.parent)).as_posix()
+    except ValueError:
+        # Another drive on Windows has no relative path.
+        return volume_path.as_posix()
 
 
 def referenced_path(reference: VolumeReference, annotation_path: Path) -> Path:

@@ -1,0 +1,138 @@
+"""Long work off the GUI thread: started here, shown with its progress, cancelled by a person."""
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Literal, TypeVar
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from annotations.errors import Cancelled
+
+JobState = Literal["running", "done", "cancelled", "failed"]
+Result = TypeVar("Result")
+
+
+class Job:
+    """A piece of long work.
+
+    Attributes
+    ----------
+    title : str
+        What it does, for the person who waits.
+    progress : float or None
+        Between 0 and 1; None while it cannot be told.
+    state : str
+    shown : bool
+        Whether it is worth a progress bar.
+    """
+
+    def __init__(self, title: str, shown: bool) -> None:
+        self.title = title
+        self.shown = shown
+        self.progress: float | None = None
+        self.state: JobState = "running"
+        self._cancelled = threading.Event()
+
+    def is_cancelled(self) -> bool:
+        """Say, from any thread, whether the work should stop."""
+        return self._cancelled.is_set()
+
+    def request_cancel(self) -> None:
+        """Ask the work to stop."""
+        self._cancelled.set()
+
+
+class Jobs(QObject):
+    """Runs work in threads and brings its results back to the thread that this object lives in.
+
+    Signals
+    -------
+    job_changed : Job
+        A job began, made progress or ended.
+    """
+
+    job_changed = Signal(object)
+    _delivered = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        # Two: a level may be built while slices, picks and openings go on beside it.
+        self._threads = ThreadPoolExecutor(max_workers=2, thread_name_prefix="job")
+        self._running: list[Job] = []
+        self._closed = False
+        self._delivered.connect(self._on_delivered, Qt.ConnectionType.QueuedConnection)
+
+    @property
+    def running(self) -> tuple[Job, ...]:
+        """The jobs that have not ended, oldest first."""
+        return tuple(self._running)
+
+    def start(
+        self,
+        title: str,
+        work: Callable[[Callable[[float], None], Callable[[], bool]], Result],
+        *,
+        done: Callable[[Result], None],
+        failed: Callable[[Exception], None],
+        shown: bool = True,
+    ) -> Job:
+        """Run ``work(progress, cancelled)`` in a thread.
+
+        Then, in this object's thread, ``done(result)`` or ``failed(exception)`` is called; neither for a job that
+        was cancelled.
+        """
+        job = Job(title, shown)
+        self._running.append(job)
+        self.job_changed.emit(job)
+
+        def report(progress: float) -> None:
+            self._deliver(lambda: self._advance(job, progress))
+
+        def run() -> None:
+            try:
+                if job.is_cancelled():
+                    raise Cancelled
+                result = work(report, job.is_cancelled)
+            except Cancelled:
+                self._deliver(lambda: self._end(job, "cancelled", None))
+            except Exception as error:  # whatever it is, the person who waits must hear of it
+                # The name is unbound at the end of the clause, the closure runs later.
+                problem = error
+                self._deliver(lambda: self._end(job, "failed", lambda: failed(problem)))
+            else:
+                self._deliver(lambda: self._end(job, "done", lambda: done(result)))
+
+        self._threads.submit(run)
+        return job
+
+    def cancel(self, job: Job) -> None:
+        """Ask a job to stop; what it was to deliver is dropped, even if it is ready."""
+        job.request_cancel()
+
+    def close(self) -> None:
+        """Cancel everything and take no more results."""
+        self._closed = True
+        for job in self._running:
+            job.request_cancel()
+        self._threads.shutdown(wait=True, cancel_futures=True)
+        self._running.clear()
+
+    def _deliver(self, call: Callable[[], None]) -> None:
+        if not self._closed:
+            self._delivered.emit(call)
+
+    def _on_delivered(self, call: Callable[[], Any]) -> None:
+        if not self._closed:
+            call()
+
+    def _advance(self, job: Job, progress: float) -> None:
+        job.progress = progress
+        self.job_changed.emit(job)
+
+    def _end(self, job: Job, state: JobState, then: Callable[[], None] | None) -> None:
+        job.state = "cancelled" if job.is_cancelled() else state
+        self._running.remove(job)
+        self.job_changed.emit(job)
+        if then is not None and job.state != "cancelled":
+            then()

@@ -1,0 +1,159 @@
+"""What there is to annotate: the volumes of a study, of a folder, or the one that was opened."""
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from annotations.documents.annotation import Annotation
+from annotations.documents.files import load_annotation
+from annotations.documents.study import STUDY_FILE, annotation_path, load_study
+from annotations.documents.volume_link import referenced_path
+from annotations.errors import UserError
+from annotations.geometry.frames import Vector
+from annotations.volumes import volume_paths
+
+ItemStatus = Literal["new", "in_progress", "done"]
+
+
+@dataclass(frozen=True)
+class WorkItem:
+    """A volume to annotate, and the file that holds the annotation.
+
+    Attributes
+    ----------
+    label : str
+        What the list shows.
+    volume_path, annotation_path : Path
+        Absolute.
+    dataset : str or None
+        Member of a file that holds several arrays.
+    spacing_um : (float, float, float) or None
+        Where the study states it.
+    status : str
+        ``new`` where no annotation file is there yet, or it cannot be read.
+    """
+
+    label: str
+    volume_path: Path
+    annotation_path: Path
+    dataset: str | None = None
+    spacing_um: Vector | None = None
+    status: ItemStatus = "new"
+
+
+@dataclass(frozen=True)
+class Worklist:
+    """The items in their order, what they belong to, and the one to open first.
+
+    Attributes
+    ----------
+    title : str
+    tool_name : str or None
+        The study's tool; None where the annotator chooses.
+    folder : Path
+        The study's folder or the folder of the volumes; its ``tools`` are looked into first.
+    """
+
+    title: str
+    folder: Path
+    items: tuple[WorkItem, ...]
+    first: int = 0
+    tool_name: str | None = None
+
+    def with_item(self, index: int, item: WorkItem) -> "Worklist":
+        """Return the list with one item replaced."""
+        return replace(self, items=(*self.items[:index], item, *self.items[index + 1 :]))
+
+
+def read_worklist(path: Path, annotator: str) -> Worklist:
+    """Find out what a path offers to an annotator: a study, an annotation, a folder of volumes, or a volume.
+
+    Raises
+    ------
+    UserError
+        The path is absent, or holds nothing that can be annotated.
+    """
+    path = path.absolute()
+    if path.name == STUDY_FILE:
+        path = path.parent
+    if path.suffix == ".json" and path.is_file():
+        return _of_annotation(path)
+    volumes = volume_paths(path) if path.is_dir() else []
+    if path.is_dir() and (path / STUDY_FILE).is_file():
+        return _of_study(path, annotator)
+    if path.is_dir() and path not in volume_paths(path.parent):
+        if not volumes:
+            raise UserError(
+                "there is no volume in this folder",
+                where=path,
+                remedy="Choose a folder with .npy, .npz, .h5, .tif or .zarr files, or a study",
+            )
+        return _of_files(path, volumes, annotator, first=0)
+    if not path.exists():
+        raise UserError("there is no such file or folder", where=path, remedy="Check its name")
+    siblings = volume_paths(path.parent)
+    if path not in siblings:
+        siblings = [path]
+    return _of_files(path.parent, siblings, annotator, first=siblings.index(path))
+
+
+def item_of_document(document: Annotation, path: Path) -> WorkItem:
+    """Return the item of a document that is, or will be, kept at a path."""
+    return WorkItem(
+        label=Path(document.volume.path).name,
+        volume_path=referenced_path(document.volume, path),
+        annotation_path=path,
+        dataset=document.volume.dataset,
+        status=document.status,
+    )
+
+
+def file_annotation_path(volume_path: Path, annotator: str, dataset: str | None = None) -> Path:
+    """Return where the annotation of a volume outside any study is kept: beside the volume.
+
+    The whole file name is in it, as two volumes may differ in their suffix alone.
+    """
+    member = f".{dataset.strip('/').replace('/', '_')}" if dataset else ""
+    return annotation_path(volume_path.parent, annotator, volume_path.name + member, "keypoints")
+
+
+def _of_annotation(path: Path) -> Worklist:
+    document, _ = load_annotation(path)
+    return Worklist(title=path.name, folder=path.parent, items=(item_of_document(document, path),))
+
+
+def _of_study(folder: Path, annotator: str) -> Worklist:
+    study = load_study(folder)
+    items = [
+        WorkItem(
+            label=volume.id,
+            volume_path=(folder / volume.path).resolve(),
+            annotation_path=annotation_path(folder, annotator, volume.id, "keypoints"),
+            dataset=volume.dataset,
+            spacing_um=volume.spacing_um,
+        )
+        for volume in study.volumes
+    ]
+    return Worklist(study.title, folder, _with_status(items), tool_name=study.tool)
+
+
+def _of_files(folder: Path, volumes: Sequence[Path], annotator: str, *, first: int) -> Worklist:
+    items = [
+        WorkItem(label=path.name, volume_path=path, annotation_path=file_annotation_path(path, annotator))
+        for path in volumes
+    ]
+    return Worklist(folder.name, folder, _with_status(items), first=first)
+
+
+def _with_status(items: Sequence[WorkItem]) -> tuple[WorkItem, ...]:
+    return tuple(replace(item, status=_status(item.annotation_path)) for item in items)
+
+
+def _status(path: Path) -> ItemStatus:
+    # A file that cannot be read is reported when it is opened, not by a list of hundreds.
+    if path.exists():
+        with contextlib.suppress(UserError):
+            return load_annotation(path)[0].status
+    return "new"

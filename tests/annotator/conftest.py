@@ -1,0 +1,73 @@
+"""A real session on a small volume, with a bright slab whose surfaces are known."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from annotations.volumes import write_sidecar
+from annotator.session import Session
+from annotator.session_options import SessionOptions
+from annotator.settings import Settings
+
+SHAPE = (40, 60, 50)
+SPACING_UM = (15.9, 13.5, 9.4)
+
+
+def write_volume(path: Path, seed: int = 0) -> Path:
+    """Write a volume of noise (below 40) with a slab of 200 at x 10–29, y 15–44, z 20–34, and its spacing."""
+    data = np.random.default_rng(seed).integers(0, 40, SHAPE).astype(np.uint8)
+    data[10:30, 15:45, 20:35] = 200
+    np.save(path, data)
+    write_sidecar(path, SPACING_UM, 2)
+    return path
+
+
+@pytest.fixture
+def volume_path(tmp_path: Path) -> Path:
+    """A small volume on disk, alone in its folder, with a sidecar that states its spacing."""
+    folder = tmp_path / "volumes"
+    folder.mkdir()
+    return write_volume(folder / "v001.npy")
+
+
+@pytest.fixture
+def options(tmp_path: Path) -> SessionOptions:
+    """A session's options: the annotator anna, folders of the test's own, saving left to the test."""
+    return SessionOptions(
+        annotator_name="anna",
+        autosave_s=0.0,
+        recovery_folder=tmp_path / "recovery",
+        level_cache_folder=tmp_path / "levels",
+        user_tool_folder=tmp_path / "tools",
+    )
+
+
+@pytest.fixture
+def settings(tmp_path: Path) -> Settings:
+    """The settings of nobody, in a file of the test's own."""
+    return Settings(tmp_path / "settings.ini")
+
+
+@pytest.fixture
+def empty_session(qtbot: QtBot, options: SessionOptions) -> Iterator[Session]:
+    """A session with nothing open."""
+    session = Session(options)
+    yield session
+    session.shut_down()
+
+
+def open_and_wait(qtbot: QtBot, session: Session, path: Path) -> None:
+    """Open a path and wait until its volume is there with its averaged level."""
+    with qtbot.waitSignal(session.volume_changed, check_params_cb=lambda: session.volume is not None):
+        session.open_path(path)
+    qtbot.waitUntil(lambda: not session.jobs.running)
+
+
+@pytest.fixture
+def session(qtbot: QtBot, empty_session: Session, volume_path: Path) -> Session:
+    """A session with the small volume open and all its levels there."""
+    open_and_wait(qtbot, empty_session, volume_path)
+    return empty_session
