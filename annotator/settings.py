@@ -51,6 +51,15 @@ class Settings:
         self._store.setValue("annotator/name", name.strip())
 
     @property
+    def tool_name(self) -> str:
+        """The tool for volumes that belong to no study."""
+        return self._text("annotator/tool") or "magnetic-forceps"
+
+    @tool_name.setter
+    def tool_name(self, name: str) -> None:
+        self._store.setValue("annotator/tool", name)
+
+    @property
     def autosave_seconds(self) -> float:
         """How long after an edit the annotation's file is written by itself; 0 leaves that to the person."""
         return self._number("files/autosave_seconds", 5.0, smallest=0.0, largest=3600.0)
@@ -153,6 +162,10 @@ class Settings:
         """Return the window that was last used for volumes of a data type, or None if there was none."""
         values = self._numbers(f"display/window_{dtype}")
         return (values[0], values[1]) if len(values) == 2 and values[0] < values[1] else None
+
+    def forget_display_window(self, dtype: str) -> None:
+        """Let the next volume of a data type begin with a window of its own."""
+        self._store.remove(f"display/window_{dtype}")
 
     def remember_display_window(self, dtype: str, window: tuple[float, float]) -> None:
         """Keep the window for the next volume of a data type."""
