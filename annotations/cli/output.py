@@ -1,0 +1,52 @@
+"""What commands write: results to standard output, messages to standard error."""
+
+import json
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from annotations.errors import UserError
+
+
+def write_json(fields: Mapping[str, Any]) -> None:
+    """Write one object on one line."""
+    sys.stdout.write(json.dumps(fields, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def write_text(text: str) -> None:
+    """Write lines for a person."""
+    sys.stdout.write(text + "\n")
+
+
+def complain(error: UserError) -> None:
+    """Write what went wrong to standard error."""
+    sys.stderr.write(f"annotations: {error}\n")
+
+
+def for_each(paths: Iterable[Path], as_json: bool, work: Callable[[Path], None]) -> int:
+    """Do the same with each file; one that fails does not keep the others from their turn.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+    as_json : bool
+        Whether a failed file gives an object with its ``error`` too, so that there is one per file.
+    work : callable
+        May raise UserError.
+
+    Returns
+    -------
+    int
+        The exit code: 1 if any file failed.
+    """
+    code = 0
+    for path in paths:
+        try:
+            work(path)
+        except UserError as error:
+            complain(error)
+            if as_json:
+                write_json({"path": str(path), "error": str(error)})
+            code = 1
+    return code

@@ -1,0 +1,23 @@
+"""Synthetic volumes of a tool with exact annotations."""
+
+from annotations.synthesis.demo import make_demo_study
+from annotations.synthesis.grid import FULL_SHAPE, REALTIME_SHAPE, Grid
+from annotations.synthesis.scanner import Scanner
+from annotations.synthesis.scene import Scene, SceneSeed, random_scene
+from annotations.synthesis.synthetic_study import write_study
+from annotations.synthesis.truth import truth_annotation
+from annotations.synthesis.volume_file import write_volume
+
+__all__ = [
+    "FULL_SHAPE",
+    "REALTIME_SHAPE",
+    "Grid",
+    "Scanner",
+    "Scene",
+    "SceneSeed",
+    "make_demo_study",
+    "random_scene",
+    "truth_annotation",
+    "write_study",
+    "write_volume",
+]

@@ -1,0 +1,130 @@
+"""How an OCT scanner sees a surface: from the depth that the light reaches to grey values."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import gammaincinv
+
+from annotations.synthesis.body import Surface
+
+_STEPS_PER_GREY = 64
+"""Grey values are added up as integers of this fineness, because that is several times faster."""
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """A simple model of image formation along the depth axis, in powers relative to the noise floor.
+
+    Power at depth z under a surface at depth h, with the attenuation T(z) that ends at `signal_end_um`:
+
+        above:  1 + M T(z)
+        around: 1 + S R(facing) T(z) exp(−(z − h)² / 2σ²)
+        below:  1 + S R(facing) T(z) b exp(−(z − h) / ℓ)
+
+    M is the medium's faint scattering, which the shadow below a surface lacks. The detected power is this
+    mean times a gamma variate of mean 1 (fully developed speckle, averaged over a number of looks:
+    J. W. Goodman, *Speckle Phenomena in Optics*, 2007), then compressed by the logarithm.
+
+    Attributes
+    ----------
+    signal_end_um, signal_edge_um : float
+        Depth at which the signal ends, and the width of that end.
+    attenuation_db_per_mm : float
+        Loss with depth.
+    surface_db : float
+        Power of a surface at depth zero that faces the scanner.
+    grazing_share : float
+        Share of it that a surface seen from the side still returns.
+    body_db, body_decay_um : float
+        Power just below the surface against that of the surface, and the depth in which it falls to 1/e.
+    medium_db : float
+        Power of the medium at depth zero.
+    axial_sigma_um : float
+        Standard deviation of the axial point spread; coarser voxels widen it.
+    looks : float
+        Independent speckle patterns that are averaged.
+    noise_grey, grey_per_db : float
+        Grey value of the noise floor, and grey values a decibel.
+    """
+
+    signal_end_um: float = 6000.0
+    signal_edge_um: float = 60.0
+    attenuation_db_per_mm: float = 3.5
+    surface_db: float = 46.0
+    grazing_share: float = 0.03
+    body_db: float = -7.0
+    body_decay_um: float = 220.0
+    medium_db: float = 3.0
+    axial_sigma_um: float = 9.0
+    looks: float = 2.0
+    noise_grey: float = 24.0
+    grey_per_db: float = 4.6
+
+    def mean_power(self, surface: Surface, z_um: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return the mean power over that of the noise floor, before speckle.
+
+        Parameters
+        ----------
+        surface : Surface
+            Of shape (n,): what the light meets in each of n columns.
+        z_um : ndarray, shape (nz,)
+            Evenly spaced depths.
+
+        Returns
+        -------
+        ndarray of float32, shape (n, nz)
+        """
+        through = self._transmission(z_um)
+        medium = _power(self.medium_db) * through
+        power = np.empty((len(surface.depth_um), len(z_um)), dtype=np.float32)
+        power[:] = 1 + medium
+        struck = np.flatnonzero(np.isfinite(surface.depth_um))
+        below = z_um.astype(np.float32) - surface.depth_um[struck, None].astype(np.float32)
+        sigma = max(self.axial_sigma_um, (z_um[1] - z_um[0]) / 2 if len(z_um) > 1 else 0.0)
+        profile = np.exp(np.square(below / np.float32(-sigma)) / -2)
+        inside = below > 0
+        profile += inside * np.exp(np.minimum(-below, 0) / self.body_decay_um) * _power(self.body_db)
+        facing = np.square(surface.facing[struck]).astype(np.float32)
+        returned = _power(self.surface_db) * (self.grazing_share + (1 - self.grazing_share) * facing)
+        power[struck] = np.where(inside, 1, power[struck]) + profile * returned[:, None] * through
+        return power
+
+    def image(
+        self, surface: Surface, z_um: NDArray[np.float64], bits: NDArray[np.uint16]
+    ) -> NDArray[np.uint8]:
+        """Return the grey values of n columns, shape (n, nz).
+
+        Parameters
+        ----------
+        surface : Surface
+            Of shape (n,).
+        z_um : ndarray, shape (nz,)
+            Evenly spaced depths.
+        bits : ndarray of uint16, shape (n, nz)
+            Random numbers over the whole range of their type: the speckle.
+        """
+        grey = np.log10(self.mean_power(surface, z_um))
+        grey *= 10 * self.grey_per_db * _STEPS_PER_GREY
+        grey += self.noise_grey * _STEPS_PER_GREY
+        total = grey.astype(np.int16)
+        total += self._speckle[bits]
+        total >>= _STEPS_PER_GREY.bit_length() - 1
+        return np.clip(total, 0, 255).astype(np.uint8)
+
+    @cached_property
+    def _speckle(self) -> NDArray[np.int16]:
+        """The quantiles of speckle as steps of grey, one for each value of 16 random bits."""
+        share = (np.arange(65536) + 0.5) / 65536
+        power = gammaincinv(self.looks, share) / self.looks
+        steps = 10 * np.log10(power) * self.grey_per_db * _STEPS_PER_GREY
+        return np.asarray(np.rint(steps), dtype=np.int16)
+
+    def _transmission(self, z_um: NDArray[np.float64]) -> NDArray[np.float32]:
+        end = 1 / (1 + np.exp(np.clip((z_um - self.signal_end_um) / self.signal_edge_um, -50, 50)))
+        return np.asarray(end * _power(-self.attenuation_db_per_mm * z_um / 1000), dtype=np.float32)
+
+
+def _power(decibels: float | NDArray[np.float64]) -> NDArray[np.float32]:
+    return np.asarray(10 ** (np.asarray(decibels) / 10), dtype=np.float32)

@@ -1,0 +1,140 @@
+"""Synthetic studies: volumes with exact annotations, in a folder that opens like any other study."""
+
+import contextlib
+import math
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import tomli_w
+
+from annotations.documents.files import save_annotation, ships
+from annotations.documents.study import STUDY_FILE, Study, StudyVolume, annotation_path, save_study
+from annotations.documents.volume_link import reference_to
+from annotations.durable_files import SaveError, replace_durably
+from annotations.errors import UserError
+from annotations.geometry.tool import ToolSpecification
+from annotations.synthesis.grid import Grid
+from annotations.synthesis.scene import SceneSeed, random_scene
+from annotations.synthesis.truth import ANNOTATOR, truth_annotation
+from annotations.synthesis.volume_file import write_volume
+from annotations.volumes import fingerprint, open_volume, write_sidecar
+
+_DEPTH_AXIS = 2
+
+
+def write_study(
+    folder: Path,
+    tool: ToolSpecification,
+    *,
+    count: int,
+    seed: int,
+    shape: tuple[int, int, int],
+    title: str = "Synthetic volumes",
+    annotators: Sequence[str] = (),
+    progress: Callable[[float], None] = lambda _share: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Study:
+    """Write a study of synthetic volumes: ``volumes/v001.npy`` and so on, with the truth about each.
+
+    ``study.toml`` comes last, so that a folder with one is complete.
+
+    Parameters
+    ----------
+    folder : Path
+        Absent or empty.
+    tool : ToolSpecification
+    count : int
+        How many volumes.
+    seed : int
+        Not negative; the same seed gives the same volumes and poses.
+    shape : (int, int, int)
+        Voxels of each volume, over the whole workspace.
+    annotators : sequence of str
+        Those who are to annotate; the truth is listed before them.
+    progress, cancelled : callable, optional
+        As in `write_volume`, for the whole study.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    UserError
+        The folder is not empty, the disk has too little room, or the tool does not fit.
+    SaveError
+        Something could not be written.
+    Cancelled
+        `cancelled` returned true. After this and every error the folder is as it was.
+    """
+    existed = folder.exists()
+    _check_folder(folder, needed_bytes=count * math.prod(shape))
+    grid = Grid.over_workspace(shape)
+    volumes: list[StudyVolume] = []
+    try:
+        for number in range(count):
+            volume = StudyVolume(id=f"v{number + 1:03d}", path=f"volumes/v{number + 1:03d}.npy")
+            scene = random_scene(tool, SceneSeed(seed, number), grid)
+            path = folder / volume.path
+            write_volume(scene, path, _part_of(progress, number, count), cancelled)
+            write_sidecar(path, grid.spacing_um, _DEPTH_AXIS)
+            truth_path = annotation_path(folder, ANNOTATOR, volume.id, "keypoints")
+            with open_volume(path) as written:
+                reference = reference_to(written, grid.spacing_um, truth_path, fingerprint(written))
+            save_annotation(truth_annotation(scene, reference), truth_path, expected="")
+            volumes.append(volume)
+        if not ships(tool):
+            content = tool.model_dump(mode="json", by_alias=True, exclude_none=True)
+            replace_durably(folder / "tools" / f"{tool.name}.toml", tomli_w.dumps(content).encode())
+        study = Study(
+            title=title, tool=tool.name, annotators=(ANNOTATOR, *annotators), volumes=tuple(volumes)
+        )
+        save_study(study, folder)
+    except BaseException:
+        _remove_contents(folder, existed)
+        raise
+    return study
+
+
+def _part_of(progress: Callable[[float], None], number: int, count: int) -> Callable[[float], None]:
+    """Return what one of several equal parts tells its progress to."""
+    return lambda share: progress((number + share) / count)
+
+
+def _check_folder(folder: Path, needed_bytes: int) -> None:
+    """Refuse a folder that holds anything, and a disk that cannot hold the volumes, before hours of work."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise UserError(
+                f"the folder holds a study ({STUDY_FILE}) already"
+                if (folder / STUDY_FILE).exists()
+                else "the folder is not empty",
+                where=folder,
+                remedy="Name a folder that is absent or empty",
+            )
+        free_bytes = shutil.disk_usage(folder).free
+    except OSError as error:
+        raise SaveError(
+            f"it cannot be used ({error.strerror or error})",
+            where=folder,
+            remedy="Name a folder that you may write to",
+        ) from error
+    if free_bytes < needed_bytes:
+        raise SaveError(
+            f"the volumes need {needed_bytes / 1e9:.1f} GB, and {free_bytes / 1e9:.1f} GB are free",
+            where=folder,
+            remedy="Free some space, or ask for fewer or smaller volumes",
+        )
+
+
+def _remove_contents(folder: Path, existed: bool) -> None:
+    with contextlib.suppress(OSError):
+        for path in folder.iterdir():
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
+        if not existed:
+            folder.rmdir()

@@ -1,0 +1,64 @@
+"""What is true of a synthetic volume, as an annotation document like a person's."""
+
+import numpy as np
+
+from annotations.documents.annotation import (
+    Annotation,
+    KeypointAnnotation,
+    State,
+    VolumeReference,
+    changed,
+    new_annotation,
+)
+from annotations.documents.files import ships
+from annotations.geometry.frames import Vector, is_inside
+from annotations.geometry.kinematics import keypoints_um
+from annotations.synthesis.body import surface_from_above
+from annotations.synthesis.scene import Scene
+
+ANNOTATOR = "truth"
+"""In whose name the exact annotations stand."""
+
+_INSET_SHARE = 0.1
+"""How far inside its link's end, as a share of the link's length, a keypoint is looked for from above: at the
+end itself the light just misses the link or just meets it."""
+
+
+def truth_annotation(scene: Scene, volume: VolumeReference) -> Annotation:
+    """Return the document with the exact keypoints of a scene, marked as done.
+
+    Their source is ``fitted``: computed, not judged by a person. A keypoint is ``out_of_view`` outside the
+    volume; ``occluded`` where light from above does not reach the link that it ends, because another link
+    lies over it or the signal ends before; ``placed`` otherwise; and ``unplaced`` where it ends no link.
+    """
+    document = new_annotation(volume, scene.tool, ANNOTATOR, "keypoints", ships=ships(scene.tool))
+    positions_um = keypoints_um(scene.pose, scene.tool)
+    keypoints = tuple(
+        KeypointAnnotation(
+            name=keypoint.name,
+            state=_state(scene, keypoint.name, positions_um[keypoint.name]),
+            position_um=positions_um[keypoint.name],
+            source="fitted",
+        )
+        if keypoint.name in positions_um
+        else keypoint
+        for keypoint in document.keypoints
+    )
+    return changed(document, keypoints=keypoints, status="done")
+
+
+def _state(scene: Scene, name: str, position_um: Vector) -> State:
+    if not is_inside(position_um, scene.grid.shape, scene.grid.spacing_um):
+        return "out_of_view"
+    link = scene.tool.link_of(name)
+    if link is None or link.name not in scene.bodies:
+        raise KeyError(name)
+    body = scene.bodies[link.name]
+    inwards = body.axes[:, 0] * link.length_um * (_INSET_SHARE if name == link.base else -_INSET_SHARE)
+    column_um = np.asarray(position_um) + inwards
+    x_um, y_um = column_um[:1], column_um[1:2]
+    own_um = body.first_hit(x_um, y_um).depth_um.item()
+    met_um = surface_from_above(scene.bodies.values(), x_um, y_um).depth_um.item()
+    # Links that touch at a joint cover each other a little; that hides nothing.
+    covered = met_um < own_um - min(link.cross_section_um) / 2
+    return "occluded" if covered or met_um > scene.scanner.signal_end_um else "placed"
