@@ -2,6 +2,7 @@
 
 import threading
 import xml.etree.ElementTree as ET
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -36,12 +37,14 @@ _NAME = "series {}"
 
 
 class PagedStorage:
-    """A stack of compressed or scattered pages, one along axis 0; only the wanted ones are decoded."""
+    """A stack of compressed or scattered pages along axis 0; only the wanted ones are decoded."""
 
     def __init__(self, file: tifffile.TiffFile, series: tifffile.TiffPageSeries, shape: Shape) -> None:
         self._file = file
         self._series: tifffile.TiffPageSeries | None = series
-        self._shape = shape
+        # One plane a page, but for a volume that its writer took for the samples of one picture.
+        self._page_shape = (shape[0] // len(series.pages), shape[1], shape[2])
+        self._decoded: tuple[int, Array] | None = None
         self._lock = threading.Lock()
 
     def read(self, region: Region) -> Array:
@@ -52,12 +55,12 @@ class PagedStorage:
                 raise closed()
             planes = range(region[0].start, region[0].stop, region[0].step)
             sizes = [len(range(part.start, part.stop, part.step)) for part in region]
-            result = np.zeros(sizes, series.dtype)
+            result = np.empty(sizes, series.dtype)
             for row, plane in enumerate(planes):
-                page = series.pages[plane]
-                # An OME-TIFF may leave out planes that nobody recorded.
-                if page is not None:
-                    result[row] = self._decode(page)[region[1], region[2]]
+                number, inside = divmod(plane, self._page_shape[0])
+                if self._decoded is None or self._decoded[0] != number:
+                    self._decoded = (number, self._decode(series, number))
+                result[row] = self._decoded[1][inside, region[1], region[2]]
             return result
 
     def close(self) -> None:
@@ -65,15 +68,20 @@ class PagedStorage:
         with self._lock:
             if self._series is not None:
                 self._series = None
+                self._decoded = None
                 self._file.close()
 
-    def _decode(self, page: Any) -> Array:
+    def _decode(self, series: tifffile.TiffPageSeries, number: int) -> Array:
+        page = series.pages[number]
+        if page is None:
+            # An OME-TIFF may leave out planes that nobody recorded.
+            return np.zeros(self._page_shape, series.dtype)
         try:
-            return np.asarray(page.asarray()).reshape(self._shape[1:])
-        except (ValueError, tifffile.TiffFileError) as error:
+            return np.asarray(page.asarray()).reshape(self._page_shape)
+        except (ValueError, IndexError, zlib.error, tifffile.TiffFileError) as error:
             # Also what a compression without its decoder says: the text names the package.
             raise VolumeError(
-                f"page {page.index} cannot be decoded ({error})",
+                f"page {number} cannot be decoded ({error})",
                 remedy="Install the Python package imagecodecs, or save the stack without compression",
             ) from error
 
@@ -125,12 +133,12 @@ def _open(path: Path, file: tifffile.TiffFile, dataset: str | None) -> StoredArr
                 stream, where=path, dtype=stored_dtype, shape=shape, offset=series.dataoffset
             )
         file.close()
-    elif len(series.pages) == shape[0]:
+    elif shape[0] % len(series.pages) == 0:
         storage = PagedStorage(file, series, shape)
-        chunks = (1, shape[1], shape[2])
+        chunks = (shape[0] // len(series.pages), shape[1], shape[2])
     else:
         raise VolumeError(
-            f"its {len(series.pages)} pages do not each hold one plane of the {shape[0]}",
+            f"its {len(series.pages)} pages do not share {shape[0]} planes evenly",
             where=path,
             remedy="Save the stack again with one page a plane",
         )
