@@ -47,11 +47,11 @@ _FILE = (
         separated=True,
     ),
     Action(
-        "save_copy",
-        "Save a Copy…",
+        "save_as",
+        "Save As…",
         "File",
         ("Ctrl+Shift+S",),
-        "Write the annotation to another file as well, and go on with this one.",
+        "Keep the annotation in another file from now on.",
         "document",
     ),
     Action(
@@ -79,12 +79,19 @@ _EDIT = (
         separated=True,
     ),
     Action(
+        "choose_tool",
+        "Tool…",
+        "Edit",
+        ("T",),
+        "Choose the instrument for new annotations.",
+        separated=True,
+    ),
+    Action(
         "settings",
         "Settings…",
         "Edit",
         ("Ctrl+,",),
         "Annotator's name, theme, renderer, autosave and cache.",
-        separated=True,
     ),
 )
 

@@ -11,12 +11,11 @@ from PySide6.QtCore import QByteArray, QSettings
 
 from annotations.app_folders import config_folder
 from annotations.geometry.frames import Vector
+from annotator.actions import RECENT_FILES
 from annotator.theme import THEMES, Theme
 from annotator.view import Rendering
 
 Renderer = Literal["auto", "software", "gpu"]
-
-MOST_RECENT = 8
 
 
 class Settings:
@@ -80,12 +79,12 @@ class Settings:
     @property
     def recent_paths(self) -> tuple[Path, ...]:
         """What was opened last, newest first."""
-        return tuple(Path(text) for text in self._texts("files/recent"))[:MOST_RECENT]
+        return tuple(Path(text) for text in self._texts("files/recent"))[:RECENT_FILES]
 
     def remember_path(self, path: Path) -> None:
         """Put a path first among the recent ones."""
         others = [str(other) for other in self.recent_paths if other != path]
-        self._store.setValue("files/recent", json.dumps([str(path), *others][:MOST_RECENT]))
+        self._store.setValue("files/recent", json.dumps([str(path), *others][:RECENT_FILES]))
 
     def forget_path(self, path: Path) -> None:
         """Drop a path from the recent ones."""

@@ -3,7 +3,8 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QByteArray
 
-from annotator.settings import MOST_RECENT, Settings
+from annotator.actions import RECENT_FILES
+from annotator.settings import Settings
 
 
 @pytest.fixture
@@ -70,14 +71,14 @@ def test_no_login_name_is_no_error(path, monkeypatch):
 
 def test_recent_paths_are_newest_first_without_repeats(path, reopened):
     settings = Settings(path)
-    paths = [Path(f"/data/v{number}.npy") for number in range(MOST_RECENT + 2)]
+    paths = [Path(f"/data/v{number}.npy") for number in range(RECENT_FILES + 2)]
     for opened in paths:
         settings.remember_path(opened)
     settings.remember_path(paths[5])
     assert settings.recent_paths[0] == paths[5]
     assert settings.recent_paths[1] == paths[-1]
-    assert len(settings.recent_paths) == MOST_RECENT
-    assert len(set(settings.recent_paths)) == MOST_RECENT
+    assert len(settings.recent_paths) == RECENT_FILES
+    assert len(set(settings.recent_paths)) == RECENT_FILES
     settings.forget_path(paths[5])
     assert settings.flush()
     assert paths[5] not in reopened().recent_paths
