@@ -8,9 +8,12 @@ from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
 from annotations.synthesis.body import Surface
+from annotations.synthesis.grid import Grid
 
 _STEPS_PER_GREY = 64
 """Grey values are added up as integers of this fineness, because that is several times faster."""
+_LEAST_FACING = 0.05
+"""The steepest surface, as a cosine, whose smear over depth is still told apart."""
 
 
 @dataclass(frozen=True)
@@ -20,9 +23,10 @@ class Scanner:
     Power at depth z under a surface at depth h, with the attenuation T(z) that ends at `signal_end_um`:
 
         above:  1 + M T(z)
-        around: 1 + S R(facing) T(z) exp(−(z − h)² / 2σ²)
+        around: 1 + S R(facing) T(z) σ₀/σ exp(−(z − h)² / 2σ²)
         below:  1 + S R(facing) T(z) b exp(−(z − h) / ℓ)
 
+    The light's beam has a width, so that it meets a steep surface at many depths: σ² = σ₀² + (w tan θ)².
     M is the medium's faint scattering, which the shadow below a surface lacks. The detected power is this
     mean times a gamma variate of mean 1 (fully developed speckle, averaged over a number of looks:
     J. W. Goodman, *Speckle Phenomena in Optics*, 2007), then compressed by the logarithm.
@@ -41,8 +45,8 @@ class Scanner:
         Power just below the surface against that of the surface, and the depth in which it falls to 1/e.
     medium_db : float
         Power of the medium at depth zero.
-    axial_sigma_um : float
-        Standard deviation of the axial point spread; coarser voxels widen it.
+    axial_sigma_um, beam_sigma_um : float
+        Standard deviations σ₀ and w of the point spread along and across the light; half a voxel at least.
     looks : float
         Independent speckle patterns that are averaged.
     noise_grey, grey_per_db : float
@@ -58,54 +62,58 @@ class Scanner:
     body_decay_um: float = 220.0
     medium_db: float = 3.0
     axial_sigma_um: float = 9.0
+    beam_sigma_um: float = 15.0
     looks: float = 2.0
     noise_grey: float = 24.0
     grey_per_db: float = 4.6
 
-    def mean_power(self, surface: Surface, z_um: NDArray[np.float64]) -> NDArray[np.float32]:
+    def mean_power(self, surface: Surface, grid: Grid) -> NDArray[np.float32]:
         """Return the mean power over that of the noise floor, before speckle.
 
         Parameters
         ----------
         surface : Surface
             Of shape (n,): what the light meets in each of n columns.
-        z_um : ndarray, shape (nz,)
-            Evenly spaced depths.
+        grid : Grid
+            Whose nz depths are meant.
 
         Returns
         -------
         ndarray of float32, shape (n, nz)
         """
+        z_um = grid.axis_um(2)
         through = self._transmission(z_um)
         medium = _power(self.medium_db) * through
         power = np.empty((len(surface.depth_um), len(z_um)), dtype=np.float32)
         power[:] = 1 + medium
         struck = np.flatnonzero(np.isfinite(surface.depth_um))
         below = z_um.astype(np.float32) - surface.depth_um[struck, None].astype(np.float32)
-        sigma = max(self.axial_sigma_um, (z_um[1] - z_um[0]) / 2 if len(z_um) > 1 else 0.0)
-        profile = np.exp(np.square(below / np.float32(-sigma)) / -2)
+        facing = surface.facing[struck, None].astype(np.float32)
+        axial = np.float32(max(self.axial_sigma_um, grid.spacing_um[2] / 2))
+        across = np.float32(max(self.beam_sigma_um, min(grid.spacing_um[:2]) / 2))
+        slope = np.sqrt(1 - np.square(facing)) / np.maximum(facing, _LEAST_FACING)
+        sigma = np.hypot(axial, across * slope)
+        profile = np.exp(np.square(below / sigma) / -2) * (axial / sigma)
         inside = below > 0
         profile += inside * np.exp(np.minimum(-below, 0) / self.body_decay_um) * _power(self.body_db)
-        facing = np.square(surface.facing[struck]).astype(np.float32)
-        returned = _power(self.surface_db) * (self.grazing_share + (1 - self.grazing_share) * facing)
-        power[struck] = np.where(inside, 1, power[struck]) + profile * returned[:, None] * through
+        returned = self.grazing_share + (1 - self.grazing_share) * np.square(facing)
+        profile *= returned * _power(self.surface_db) * through
+        power[struck] = np.where(inside, 1, power[struck]) + profile
         return power
 
-    def image(
-        self, surface: Surface, z_um: NDArray[np.float64], bits: NDArray[np.uint16]
-    ) -> NDArray[np.uint8]:
+    def image(self, surface: Surface, grid: Grid, bits: NDArray[np.uint16]) -> NDArray[np.uint8]:
         """Return the grey values of n columns, shape (n, nz).
 
         Parameters
         ----------
         surface : Surface
             Of shape (n,).
-        z_um : ndarray, shape (nz,)
-            Evenly spaced depths.
+        grid : Grid
+            Whose nz depths are meant.
         bits : ndarray of uint16, shape (n, nz)
             Random numbers over the whole range of their type: the speckle.
         """
-        grey = np.log10(self.mean_power(surface, z_um))
+        grey = np.log10(self.mean_power(surface, grid))
         grey *= 10 * self.grey_per_db * _STEPS_PER_GREY
         grey += self.noise_grey * _STEPS_PER_GREY
         total = grey.astype(np.int16)

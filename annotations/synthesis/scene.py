@@ -67,7 +67,7 @@ class Scene:
         # The raw stream of a bit generator is the one that NumPy promises never to change.
         raw = np.random.SFC64(self.seed.sequence(_SPECKLE, index)).random_raw((count + 3) // 4)
         bits = raw.view(np.uint16)[:count].reshape(shape)
-        return self.scanner.image(self.surface[index], self.grid.axis_um(2), bits)
+        return self.scanner.image(self.surface[index], self.grid, bits)
 
     def planes(self) -> Iterator[NDArray[np.uint8]]:
         """Yield the planes along axis 0 in their order; the whole volume is never in memory."""
