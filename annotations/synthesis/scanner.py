@@ -26,7 +26,8 @@ class Scanner:
         around: 1 + S R(facing) T(z) σ₀/σ exp(−(z − h)² / 2σ²)
         below:  1 + S R(facing) T(z) b exp(−(z − h) / ℓ)
 
-    The light's beam has a width, so that it meets a steep surface at many depths: σ² = σ₀² + (w tan θ)².
+    The light's beam has a width, so that it meets a steep surface at many depths: σ² = σ₀² + (w tan θ)² below
+    the surface. Above it σ = σ₀, for the smear would rise above the upper edge of a steep face.
     M is the medium's faint scattering, which the shadow below a surface lacks. The detected power is this
     mean times a gamma variate of mean 1 (fully developed speckle, averaged over a number of looks:
     J. W. Goodman, *Speckle Phenomena in Optics*, 2007), then compressed by the logarithm.
@@ -93,8 +94,8 @@ class Scanner:
         across = np.float32(max(self.beam_sigma_um, min(grid.spacing_um[:2]) / 2))
         slope = np.sqrt(1 - np.square(facing)) / np.maximum(facing, _LEAST_FACING)
         sigma = np.hypot(axial, across * slope)
-        profile = np.exp(np.square(below / sigma) / -2) * (axial / sigma)
         inside = below > 0
+        profile = np.exp(np.square(below / np.where(inside, sigma, axial)) / -2) * (axial / sigma)
         profile += inside * np.exp(np.minimum(-below, 0) / self.body_decay_um) * _power(self.body_db)
         returned = self.grazing_share + (1 - self.grazing_share) * np.square(facing)
         profile *= returned * _power(self.surface_db) * through
