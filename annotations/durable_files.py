@@ -1,10 +1,16 @@
 """Files written so that a crash or a full disk leaves either the old or the new content, whole."""
 
 import contextlib
+import errno
+import logging
 import os
+import stat
+import uuid
 from pathlib import Path
 
 from annotations.errors import UserError
+
+_LOG = logging.getLogger(__name__)
 
 
 class SaveError(UserError):
@@ -16,6 +22,8 @@ def replace_durably(path: Path, content: bytes, *, backup: Path | None = None) -
 
     The content goes to a temporary file in the same folder, is synced to the disk, and takes the
     file's name in one step; then the folder is synced, so that the new name survives a power cut.
+    A symbolic link stays one: the file that it points to is replaced. An existing file keeps its
+    permissions, and one that the user may not write (made read-only, say) is not replaced.
 
     Parameters
     ----------
@@ -24,48 +32,85 @@ def replace_durably(path: Path, content: bytes, *, backup: Path | None = None) -
     content : bytes
         The whole new content.
     backup : Path, optional
-        Where the previous content is kept, if there was any.
+        Where the previous content is kept, if there was any; in an existing folder.
 
     Raises
     ------
     SaveError
         The folder or file cannot be written (no permission, full disk); the old file is whole.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        _write_synced(temporary, content)
-        if backup is not None and path.exists():
-            kept = backup.with_name(f".{backup.name}.{os.getpid()}.partial")
-            _write_synced(kept, path.read_bytes())
-            os.replace(kept, backup)
-        os.replace(temporary, path)
-        sync_folder(path.parent)
+        target = Path(os.path.realpath(path))
+        _make_folder(target.parent)
+        mode = _writable_mode(target)
+        with contextlib.ExitStack() as leftovers:
+            fresh = _written_beside(target, content, mode, leftovers)
+            if backup is not None and mode is not None:
+                _written_beside(backup, target.read_bytes(), mode, leftovers).replace(backup)
+            fresh.replace(target)
     except OSError as error:
         raise SaveError(
             f"it could not be written ({error.strerror or error})",
             where=path,
-            remedy="Nothing was lost: free some space or choose a folder that you may write to, and save again",
+            remedy="Nothing is lost: free space or choose a folder that you may write to, and try again",
         ) from error
-    finally:
-        # After a failure only; what is left of a temporary file is of no use to anyone.
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
+    sync_folder(target.parent)
 
 
 def sync_folder(folder: Path) -> None:
-    """Make the names in a folder durable, where the operating system can (not on Windows)."""
+    """Make the names in a folder durable, where the operating system can.
+
+    Windows and some network shares cannot. That is no failure: a file replaced there is still whole, old or
+    new, whenever the power is cut.
+    """
     if os.name == "nt":
         return
-    descriptor = os.open(folder, os.O_RDONLY)
     try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        _LOG.info("the folder %s could not be synced: %s", folder, error)
 
 
-def _write_synced(path: Path, content: bytes) -> None:
-    with path.open("wb") as stream:
+def _make_folder(folder: Path) -> None:
+    absent = [part for part in (folder, *folder.parents) if not part.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for made in reversed(absent):
+        sync_folder(made.parent)
+
+
+def _writable_mode(path: Path) -> int | None:
+    """Return the permissions of a file that may be written, None if there is no file yet."""
+    try:
+        mode = stat.S_IMODE(path.stat().st_mode)
+    except FileNotFoundError:
+        return None
+    # Replacing a file asks only for permission to write to its folder, but a person who made the file
+    # read-only meant to protect it.
+    if not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+    return mode
+
+
+def _written_beside(path: Path, content: bytes, mode: int | None, leftovers: contextlib.ExitStack) -> Path:
+    """Write a temporary file in a path's folder and sync it; ``leftovers`` deletes what is left of it."""
+    # A name of its own: other windows, and other computers on a shared folder, may be saving the same file.
+    temporary = path.with_name(f".{uuid.uuid4().hex}.partial")
+    leftovers.callback(_delete, temporary)
+    with temporary.open("xb") as stream:
+        if mode is not None:
+            # Some shared folders know no permissions.
+            with contextlib.suppress(OSError):
+                temporary.chmod(mode)
         stream.write(content)
         stream.flush()
         os.fsync(stream.fileno())
+    return temporary
+
+
+def _delete(temporary: Path) -> None:
+    with contextlib.suppress(OSError):
+        temporary.unlink(missing_ok=True)

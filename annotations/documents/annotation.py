@@ -4,12 +4,21 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
 
 from annotations import __version__
 from annotations.geometry.frames import Vector
 from annotations.geometry.rotations import Quaternion, quaternion
-from annotations.geometry.tool import ToolSpecification
+from annotations.geometry.tool import Finite, NonNegative, Positive, ToolSpecification
 
 State = Literal["placed", "occluded", "out_of_view", "unplaced"]
 Certainty = Literal["sure", "unsure"]
@@ -21,23 +30,44 @@ Status = Literal["in_progress", "done"]
 
 SCHEMA: Literal["oct-annotation/1"] = "oct-annotation/1"
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 PositionUm = tuple[Finite, Finite, Finite]
-Length = Annotated[int, Field(gt=0)]
+Length = Annotated[int, Field(gt=0, strict=True)]
+Flag = Annotated[bool, Field(strict=True)]
+
+
+def _written_moment(value: Any) -> datetime:
+    # By itself pydantic would also take a number of seconds for a time.
+    try:
+        return value if isinstance(value, datetime) else datetime.fromisoformat(value)
+    except (TypeError, ValueError):
+        raise ValueError("a time is written like 2026-11-22T05:00:00Z") from None
 
 
 def _utc_second(moment: datetime) -> datetime:
     if moment.tzinfo is None:
         raise ValueError("a time must say its zone, such as 2026-11-22T05:00:00Z")
-    return moment.astimezone(UTC).replace(microsecond=0)
+    try:
+        return moment.astimezone(UTC).replace(microsecond=0)
+    except OverflowError:
+        raise ValueError("a time must lie in the years 1 to 9999") from None
+
+
+def _in_utc(moment: datetime) -> str:
+    return moment.isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 Moment = Annotated[
     datetime,
+    BeforeValidator(_written_moment),
     AfterValidator(_utc_second),
-    PlainSerializer(lambda moment: moment.strftime("%Y-%m-%dT%H:%M:%SZ"), return_type=str, when_used="json"),
+    PlainSerializer(_in_utc, return_type=str, when_used="json"),
 ]
+
+
+def _usable_path(value: str) -> str:
+    if not value or "\0" in value:
+        raise ValueError("a path is not empty and holds no NUL")
+    return value
 
 
 def now() -> datetime:
@@ -70,7 +100,7 @@ class VolumeReference(Record):
         What volumes are matched by, see `annotations.volumes.fingerprint`.
     """
 
-    path: str
+    path: Annotated[str, AfterValidator(_usable_path)]
     dataset: str | None = None
     shape: tuple[Length, Length, Length]
     dtype: str
@@ -96,7 +126,7 @@ class KeypointAnnotation(Record):
     position_um: PositionUm | None = None
     certainty: Certainty = "sure"
     source: Source | None = None
-    locked: bool = False
+    locked: Flag = False
 
     @model_validator(mode="after")
     def _check_position(self) -> Self:
@@ -142,6 +172,27 @@ class BoxAnnotation(Record):
         return self
 
 
+def _refuse_repeats(kind: str, names: list[str]) -> None:
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            # The index tells the reader of a file which line it is.
+            raise PydanticCustomError(
+                "repeated",
+                "{kind} {name} stands more than once",
+                {"kind": kind, "name": repr(name), "index": index},
+            )
+
+
+def _each_keypoint_once(keypoints: tuple[KeypointAnnotation, ...]) -> tuple[KeypointAnnotation, ...]:
+    _refuse_repeats("keypoint", [keypoint.name for keypoint in keypoints])
+    return keypoints
+
+
+def _each_link_once(boxes: tuple[BoxAnnotation, ...]) -> tuple[BoxAnnotation, ...]:
+    _refuse_repeats("the box of link", [box.link for box in boxes])
+    return boxes
+
+
 class Annotation(Record):
     """An annotation document.
 
@@ -170,24 +221,21 @@ class Annotation(Record):
     annotator: str
     method: Method
     status: Status = "in_progress"
-    keypoints: tuple[KeypointAnnotation, ...] = ()
-    boxes: tuple[BoxAnnotation, ...] = ()
+    keypoints: Annotated[tuple[KeypointAnnotation, ...], AfterValidator(_each_keypoint_once)] = ()
+    boxes: Annotated[tuple[BoxAnnotation, ...], AfterValidator(_each_link_once)] = ()
     created: Moment
     modified: Moment
-    active_seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    active_seconds: NonNegative = 0.0
     program: str = __version__
 
     @model_validator(mode="after")
-    def _check_names(self) -> Self:
-        for kind, names in (
-            ("keypoint", [keypoint.name for keypoint in self.keypoints]),
-            ("box of link", [box.link for box in self.boxes]),
-        ):
-            for name in names:
-                if names.count(name) > 1:
-                    raise ValueError(f"{kind} {name!r} stands more than once")
-        if self.tool_copy is not None and self.tool_copy.name != self.tool:
+    def _check_tool(self) -> Self:
+        if self.tool_copy is None:
+            return self
+        if self.tool_copy.name != self.tool:
             raise ValueError(f"tool is {self.tool!r}, but tool_copy is {self.tool_copy.name!r}")
+        if self.tool_fingerprint not in (None, self.tool_copy.fingerprint):
+            raise ValueError("tool_copy is not the specification that tool_fingerprint names")
         return self
 
     def keypoint(self, name: str) -> KeypointAnnotation:
@@ -241,5 +289,5 @@ def changed(record: R, **fields: Any) -> R:
 
 
 def without_stamps(annotation: Annotation) -> Annotation:
-    """Return the document as if just created: equal documents have equal content, whenever they were written."""
+    """Return the document as if just created, so that equal content is equal whenever it was written."""
     return changed(annotation, modified=annotation.created, active_seconds=0.0, program=__version__)

@@ -6,6 +6,8 @@ raises `EditRefused`, and nothing has changed.
 
 from typing import Any
 
+from pydantic import ValidationError
+
 from annotations.documents.annotation import (
     Annotation,
     Certainty,
@@ -15,7 +17,7 @@ from annotations.documents.annotation import (
     Status,
     changed,
 )
-from annotations.errors import UserError
+from annotations.errors import UserError, first_problem
 from annotations.geometry.frames import Vector
 
 
@@ -82,7 +84,10 @@ def _unlocked(document: Annotation, name: str) -> KeypointAnnotation:
 
 
 def _with_keypoint(document: Annotation, keypoint: KeypointAnnotation, **fields: Any) -> Annotation:
-    replacement = changed(keypoint, **fields)
+    try:
+        replacement = changed(keypoint, **fields)
+    except ValidationError as error:
+        raise EditRefused(f"keypoint {keypoint.name}: {first_problem(error)}") from error
     if replacement == keypoint:
         return document
     keypoints = tuple(replacement if other is keypoint else other for other in document.keypoints)

@@ -11,7 +11,7 @@ from annotations import __version__
 from annotations.documents.annotation import SCHEMA, Annotation, KeypointAnnotation, changed, now
 from annotations.documents.json_text import JsonProblem, layout, line_of, parse_strictly
 from annotations.durable_files import SaveError, replace_durably
-from annotations.errors import UserError
+from annotations.errors import UserError, first_problem
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool, shipped_tools
 
@@ -19,6 +19,8 @@ FileIdentity = str
 """SHA-256 of a file's bytes, by which a change by another program is noticed; "" for an absent file."""
 
 _FAMILY = "oct-annotation/"
+_LARGEST_FILE = 64 * 2**20
+_RESTORE = "Correct the file, or take its backup (.bak) beside it"
 
 
 class DocumentError(UserError):
@@ -46,12 +48,17 @@ def load_annotation(path: Path) -> tuple[Annotation, FileIdentity]:
         with the line. The file is untouched.
     """
     try:
+        # A volume that was taken for an annotation must not fill the memory.
+        if path.stat().st_size > _LARGEST_FILE:
+            raise DocumentError(
+                "it is too large for an annotation file", where=path, remedy="Choose an annotation file"
+            )
         content = path.read_bytes()
     except OSError as error:
         raise DocumentError(
             f"it could not be read ({error.strerror or error})",
             where=path,
-            remedy="Check that it exists and that you may read it",
+            remedy="Check that it is a file, and that you may read it",
         ) from error
     return parse_annotation(content, path), hashlib.sha256(content).hexdigest()
 
@@ -59,7 +66,8 @@ def load_annotation(path: Path) -> tuple[Annotation, FileIdentity]:
 def parse_annotation(content: bytes, where: object) -> Annotation:
     """Read an annotation from the bytes of a file; ``where`` is named in a DocumentError."""
     try:
-        text = content.decode("utf-8")
+        # Some editors begin a file with a byte order mark.
+        text = content.decode("utf-8-sig")
         fields = parse_strictly(text)
     except UnicodeDecodeError as error:
         raise DocumentError("it is not text (UTF-8)", where=where, remedy=_RESTORE) from error
@@ -67,18 +75,13 @@ def parse_annotation(content: bytes, where: object) -> Annotation:
         raise DocumentError(str(error), where=f"{where}, line {error.line}", remedy=_RESTORE) from error
     _check_schema(fields, where)
     try:
-        return Annotation.model_validate(fields)
+        return Annotation.model_validate(fields, by_alias=True, by_name=False)
     except ValidationError as error:
         problem = error.errors(include_url=False)[0]
-        location = [part for part in problem["loc"] if isinstance(part, int) or part in text]
+        location = [*problem["loc"], *([problem["ctx"]["index"]] if problem["type"] == "repeated" else [])]
         raise DocumentError(
-            _in_words(problem),
-            where=f"{where}, line {line_of(text, location)}",
-            remedy=_RESTORE,
+            first_problem(error), where=f"{where}, line {line_of(text, location)}", remedy=_RESTORE
         ) from error
-
-
-_RESTORE = "Correct the file, or take its backup (.bak) beside it"
 
 
 def _check_schema(fields: Any, where: object) -> None:
@@ -98,21 +101,15 @@ def _check_schema(fields: Any, where: object) -> None:
     )
 
 
-def _in_words(problem: Any) -> str:
-    field = ".".join(str(part) for part in problem["loc"])
-    if problem["type"] == "extra_forbidden":
-        return f"the field {field!r} is unknown"
-    message = str(problem["msg"]).removeprefix("Value error, ")
-    return f"{field}: {message}" if field else message
-
-
 def annotation_bytes(annotation: Annotation) -> bytes:
     """Return the bytes of an annotation's file: UTF-8 JSON, a keypoint a line, absent fields absent."""
     fields = annotation.model_dump(mode="json", by_alias=True, exclude_none=True)
     for keypoint in fields["keypoints"]:
         if not keypoint["locked"]:
             del keypoint["locked"]
-    return layout(fields).encode()
+    # A path that is not Unicode (Linux has such) stands in Python's text as lone surrogates; escaped in this
+    # way they are legal JSON, and are read back as they were.
+    return layout(fields).encode("utf-8", "backslashreplace")
 
 
 def file_identity(path: Path) -> FileIdentity:
@@ -179,7 +176,7 @@ def backup_path(path: Path) -> Path:
 
 
 def tool_of(annotation: Annotation, folders: Sequence[Path] = ()) -> ToolSpecification:
-    """Return the tool that a document was made with: its own copy, or the one found by name (see `find_tool`).
+    """Return the tool that a document was made with: its own copy, or the one that `find_tool` finds.
 
     Raises
     ------
@@ -194,7 +191,7 @@ def tool_of(annotation: Annotation, folders: Sequence[Path] = ()) -> ToolSpecifi
     if annotation.tool_fingerprint not in (None, tool.fingerprint):
         raise DocumentError(
             f"it was made with another version of the tool {tool.name!r} than the one found here",
-            remedy="Put that version of the specification into the study's folder 'tools' under a name of its own",
+            remedy="Give that version of the specification a name of its own, in the study's folder 'tools'",
         )
     return tool
 
@@ -211,15 +208,20 @@ def completed(annotation: Annotation, tool: ToolSpecification) -> Annotation:
     Raises
     ------
     DocumentError
-        The document has a keypoint that the tool does not.
+        The document has a keypoint, or a box on a link, that the tool does not.
     """
     known = {keypoint.name: keypoint for keypoint in annotation.keypoints}
-    unknown = [name for name in known if name not in tool.keypoint_names]
-    if unknown:
-        raise DocumentError(
-            f"keypoint {unknown[0]!r} is unknown to the tool {tool.name!r}, "
-            f"which has {', '.join(tool.keypoint_names)}",
-            remedy="Correct the name or the tool in the file",
-        )
+    _require(tool, "keypoint", list(known), tool.keypoint_names)
+    _require(tool, "link", [box.link for box in annotation.boxes], [link.name for link in tool.links])
     keypoints = tuple(known.get(name, KeypointAnnotation(name=name)) for name in tool.keypoint_names)
     return annotation if keypoints == annotation.keypoints else changed(annotation, keypoints=keypoints)
+
+
+def _require(tool: ToolSpecification, kind: str, wanted: Sequence[str], known: Sequence[str]) -> None:
+    for name in wanted:
+        if name not in known:
+            raise DocumentError(
+                f"{kind} {name!r} is unknown to the tool {tool.name!r}, "
+                f"which has {', '.join(known) or 'none'}",
+                remedy="Correct the name or the tool in the file",
+            )

@@ -1,16 +1,17 @@
 """A study: a folder with volumes, annotators and their annotations, described by ``study.toml``."""
 
 import tomllib
+import unicodedata
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
-from annotations.documents.annotation import Method, Positive, Record
+from annotations.documents.annotation import Method, Record
 from annotations.durable_files import replace_durably
-from annotations.errors import UserError
-from annotations.geometry.tool import Name
+from annotations.errors import UserError, first_problem
+from annotations.geometry.tool import Name, Positive
 
 STUDY_FILE = "study.toml"
 
@@ -21,10 +22,10 @@ class StudyError(UserError):
 
 def _relative_path(value: str) -> str:
     path = PurePosixPath(value)
-    if not value or path.is_absolute() or "\\" in value or ":" in path.parts[0]:
-        raise ValueError(
-            f"a volume's path is relative to the study's folder, with forward slashes: {value!r}"
-        )
+    if not path.parts or path.is_absolute() or ":" in path.parts[0] or "\\" in value:
+        raise ValueError("a volume's path is relative to the study's folder, with forward slashes")
+    if any(unicodedata.category(character) in ("Cc", "Cs") for character in value):
+        raise ValueError("a volume's path must be text that a TOML file can hold: rename the file")
     return value
 
 
@@ -74,10 +75,13 @@ class Study(Record):
         for kind, names in (
             ("volume", [volume.id for volume in self.volumes]),
             ("annotator", list(self.annotators)),
+            ("method", list(self.methods)),
         ):
+            # Files and folders are named after them, and on many systems Anna and anna are one folder.
+            folded = [name.casefold() for name in names]
             for name in names:
-                if names.count(name) > 1:
-                    raise ValueError(f"{kind} {name!r} stands more than once")
+                if folded.count(name.casefold()) > 1:
+                    raise ValueError(f"{kind} {name!r} stands more than once (capitals do not count)")
         return self
 
 
@@ -85,7 +89,8 @@ def load_study(folder: Path) -> Study:
     """Read the study in a folder; StudyError if ``study.toml`` is absent, not readable or wrong."""
     path = folder / STUDY_FILE
     try:
-        return Study.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        fields = tomllib.loads(path.read_text(encoding="utf-8"))
+        return Study.model_validate(fields, by_alias=True, by_name=False)
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(
             f"it could not be read ({error})", where=path, remedy="Choose a study's folder"
@@ -93,18 +98,14 @@ def load_study(folder: Path) -> Study:
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"it is not valid TOML ({error})", where=path, remedy="Correct the file") from error
     except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        field = ".".join(str(part) for part in problem["loc"])
-        message = str(problem["msg"]).removeprefix("Value error, ")
-        raise StudyError(
-            f"{field}: {message}" if field else message, where=path, remedy="Correct the file"
-        ) from error
+        raise StudyError(first_problem(error), where=path, remedy="Correct the file") from error
 
 
 def save_study(study: Study, folder: Path) -> None:
-    """Write ``study.toml`` atomically; SaveError if the folder cannot be written."""
+    """Write ``study.toml`` atomically, keeping the previous one as ``.bak``; SaveError if that fails."""
     fields: dict[str, Any] = study.model_dump(mode="json", by_alias=True, exclude_none=True)
-    replace_durably(folder / STUDY_FILE, tomli_w.dumps(fields).encode())
+    path = folder / STUDY_FILE
+    replace_durably(path, tomli_w.dumps(fields).encode(), backup=path.with_name(f"{STUDY_FILE}.bak"))
 
 
 def annotation_path(folder: Path, annotator: str, volume_id: str, method: Method) -> Path:

@@ -60,7 +60,8 @@ def compare(reference: VolumeReference, volume: Volume, fingerprint_found: str) 
         findings.append(
             VolumeFinding(
                 "shape",
-                f"the volume has the shape {tuple(volume.shape)}, the annotation was made on {reference.shape}",
+                f"the volume has the shape {tuple(volume.shape)}, "
+                f"the annotation was made on {reference.shape}",
             )
         )
     if volume.dtype.name != reference.dtype:
@@ -82,7 +83,8 @@ def compare(reference: VolumeReference, volume: Volume, fingerprint_found: str) 
         findings.append(
             VolumeFinding(
                 "spacing",
-                f"the volume states the spacing {volume.spacing_um} µm, the annotation was made with {reference.spacing_um} µm",
+                f"the volume states the spacing {volume.spacing_um} µm, "
+                f"the annotation was made with {reference.spacing_um} µm",
             )
         )
     return tuple(findings)

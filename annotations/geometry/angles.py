@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 def angle_deg(first: ArrayLike, second: ArrayLike) -> float:
     """Return the unsigned angle between two vectors of shape (3,), in [0, 180] degrees.
 
-    Uses atan2(‖a × b‖, a · b), which keeps its digits near 0° and 180°, where arccos loses half of them
-    (W. Kahan, *How futile are mindless assessments of roundoff*, 2006, section 12). The lengths do not matter;
-    the angle to a vector of length zero is NaN.
+    atan2(‖a × b‖, a · b), from the definitions of the two products. Near 0° and 180° the cosine hardly
+    changes with the angle, so that arccos of it would lose half of the digits; the arc tangent keeps them.
+    The lengths of the vectors do not matter; the angle to a vector of length zero is NaN.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     if not a.any() or not b.any():

@@ -6,14 +6,21 @@ from numpy.typing import ArrayLike, NDArray
 Quaternion = tuple[float, float, float, float]
 """A unit quaternion (w, x, y, z), w ≥ 0."""
 
+_ROUNDING = 8 * float(np.finfo(np.float64).eps)
+_ORTHONORMAL = 1e-6
+
 
 def quaternion(values: ArrayLike) -> Quaternion:
     """Return the unit quaternion with w ≥ 0 of the same rotation; ValueError for a length of zero."""
     raw = np.asarray(values, dtype=np.float64)
-    norm = np.linalg.norm(raw)
-    if raw.shape != (4,) or not np.isfinite(norm) or norm == 0:
+    if raw.shape != (4,) or not np.isfinite(raw).all() or not raw.any():
         raise ValueError(f"a rotation needs four finite numbers (w, x, y, z), not all zero; found {values!r}")
-    w, x, y, z = raw / norm * (-1.0 if raw[0] < 0 else 1.0)
+    norm = np.linalg.norm(raw)
+    # One that is of unit length but for rounding stays as it is, or it would change each time it is read.
+    if abs(norm - 1) > _ROUNDING:
+        raw = raw / np.abs(raw).max()
+        raw = raw / np.linalg.norm(raw)
+    w, x, y, z = raw * (-1.0 if raw[0] < 0 else 1.0)
     return (float(w), float(x), float(y), float(z))
 
 
@@ -30,12 +37,14 @@ def matrix(rotation_wxyz: ArrayLike) -> NDArray[np.float64]:
 
 
 def from_matrix(rotation: ArrayLike) -> Quaternion:
-    """Return the quaternion of a (3, 3) rotation matrix.
+    """Return the quaternion of a (3, 3) rotation matrix; ValueError for any other matrix, mirrors included.
 
     The largest of the four components is taken from the diagonal, so that none is found by dividing by a
     small number (S. W. Shepperd, *Quaternion from rotation matrix*, J. Guidance and Control 1, 1978).
     """
     m = np.asarray(rotation, dtype=np.float64)
+    if m.shape != (3, 3) or not np.allclose(m.T @ m, np.eye(3), atol=_ORTHONORMAL) or np.linalg.det(m) < 0:
+        raise ValueError(f"not the (3, 3) matrix of a rotation: {m.tolist()}")
     trace = float(np.trace(m))
     squares = np.array([trace, *(2 * np.diag(m) - trace)])
     products = np.array(
@@ -50,7 +59,12 @@ def from_matrix(rotation: ArrayLike) -> Quaternion:
 
 
 def about_axis(axis: ArrayLike, turn_deg: float) -> Quaternion:
-    """Return the rotation by an angle in degrees about an axis of shape (3,), right-handed."""
+    """Return the right-handed rotation by an angle in degrees about an axis of shape (3,) and any length.
+
+    ValueError for an axis of length zero.
+    """
     direction = np.asarray(axis, dtype=np.float64)
+    if not direction.any():
+        raise ValueError("a rotation needs an axis that is not zero")
     half = np.radians(turn_deg) / 2
     return quaternion([np.cos(half), *(np.sin(half) * direction / np.linalg.norm(direction))])

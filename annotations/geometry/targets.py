@@ -84,5 +84,7 @@ def _orientation(points: Mapping[str, NDArray[np.float64]], tool: ToolSpecificat
     if ends is None or any(name not in points for name in ends):
         return None
     direction = points[ends[1]] - points[ends[0]]
-    length = np.linalg.norm(direction)
-    return vector(direction / length) if length > 0 else None
+    if not direction.any():
+        return None
+    direction = direction / np.abs(direction).max()
+    return vector(direction / np.linalg.norm(direction))

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Literal, Self
@@ -9,10 +10,11 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from annotations.errors import UserError
-from annotations.geometry.frames import Vector
 
-PositiveUm = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegativeUm = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+# Strict: a file that says "5" or true where a number belongs is wrong, and nobody should have to guess.
+Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[Finite, Field(gt=0)]
+NonNegative = Annotated[Finite, Field(ge=0)]
 
 
 def _plain_name(value: str) -> str:
@@ -66,8 +68,8 @@ class Link(_Part):
     name: Name
     base: str
     tip: str
-    length_um: PositiveUm
-    cross_section_um: tuple[PositiveUm, PositiveUm]
+    length_um: Positive
+    cross_section_um: tuple[Positive, Positive]
     color: Color
 
 
@@ -91,13 +93,13 @@ class Joint(_Part):
     name: Name
     parent: str
     child: str
-    hinge_axis: Vector = (0.0, 1.0, 0.0)
-    limits_deg: tuple[float, float]
-    offsets_um: tuple[NonNegativeUm, NonNegativeUm] = (0.0, 0.0)
+    hinge_axis: tuple[Finite, Finite, Finite] = (0.0, 1.0, 0.0)
+    limits_deg: tuple[Finite, Finite]
+    offsets_um: tuple[NonNegative, NonNegative] = (0.0, 0.0)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if abs(sum(value * value for value in self.hinge_axis) - 1) > 1e-6:
+        if abs(math.hypot(*self.hinge_axis) - 1) > 1e-6:
             raise ValueError("hinge_axis must be a unit vector")
         if not -180 <= self.limits_deg[0] < self.limits_deg[1] <= 180:
             raise ValueError("limits_deg must be two angles in [-180, 180], the smaller first")
@@ -149,10 +151,10 @@ class ToolSpecification(_Part):
     @property
     def fingerprint(self) -> str:
         """SHA-256, as hexadecimal digits, of the specification's content."""
-        content = json.dumps(
-            self.model_dump(mode="json", by_alias=True), sort_keys=True, separators=(",", ":")
-        )
-        return hashlib.sha256(content.encode()).hexdigest()
+        # Without defaults, so that a field that a later version adds leaves old fingerprints as they are.
+        content = self.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+        text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(text.encode()).hexdigest()
 
     def link(self, name: str) -> Link:
         """Return the link of that name; KeyError if the tool has none."""
@@ -183,8 +185,15 @@ class ToolSpecification(_Part):
         _require("targets.position", self.targets.position or (), points)
         _require("targets.orientation", self.targets.orientation or (), points)
         _refuse_repeats("angle target", [angle.name for angle in self.targets.angles])
+        ends = {joint.name: (joint.parent, joint.child) for joint in self.joints}
         for angle in self.targets.angles:
-            _require(f"target {angle.name}", (angle.first, angle.second), links)
+            pair = (angle.first, angle.second)
+            _require(f"target {angle.name}", pair, links)
+            if ends.get(angle.name, pair) != pair:
+                raise ValueError(
+                    f"target {angle.name} is the angle from {angle.first} to {angle.second}, "
+                    f"but the joint of that name is between {' and '.join(ends[angle.name])}"
+                )
         return self
 
     def _check_chain(self) -> None:

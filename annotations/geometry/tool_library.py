@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from annotations.errors import first_problem
 from annotations.geometry.tool import ToolError, ToolSpecification
 
 
@@ -17,9 +18,7 @@ def parse_tool(text: str, where: object) -> ToolSpecification:
     except tomllib.TOMLDecodeError as error:
         raise ToolError(f"it is not valid TOML ({error})", where=where, remedy="Correct the file") from error
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        field = ".".join(str(part) for part in first["loc"]) or "the specification"
-        raise ToolError(f"{field}: {first['msg']}", where=where, remedy="Correct the file") from error
+        raise ToolError(first_problem(error), where=where, remedy="Correct the file") from error
 
 
 def load_tool(path: Path) -> ToolSpecification:
@@ -50,7 +49,9 @@ def shipped_tools() -> dict[str, ToolSpecification]:
 
 
 def find_tools(folders: Iterable[Path]) -> dict[str, ToolSpecification]:
-    """Return all tools by name: those in the folders (``*.toml``; absent folders are skipped) and the shipped ones.
+    """Return all tools by name: those in the folders (their files ``*.toml``) and the shipped ones.
+
+    Folders that are not there are passed over.
 
     Raises
     ------
@@ -74,11 +75,11 @@ def find_tools(folders: Iterable[Path]) -> dict[str, ToolSpecification]:
 
 
 def find_tool(name: str, folders: Iterable[Path] = ()) -> ToolSpecification:
-    """Return the tool of that name (see `find_tools`); ToolError, with the names there are, if there is none."""
+    """Return the tool of that name among those of `find_tools`; ToolError, naming them, if it is absent."""
     tools = find_tools(folders)
     if name not in tools:
         raise ToolError(
             f"there is no tool specification {name!r}; known are {', '.join(sorted(tools))}",
-            remedy="Put its TOML file into the study's folder 'tools' or into the user's tool folder",
+            remedy="Put its TOML file into the study's folder 'tools' or into your own tool folder",
         )
     return tools[name]
