@@ -73,7 +73,7 @@ def parse_length_um(text: str, unit: Unit, spacing_um: float) -> float:
 def split_triple(text: str) -> tuple[str, str, str] | None:
     """Return the three parts of a pasted position, such as ``[9345.8, 9865.5, 2184.0]``, or None.
 
-    Tabs, semicolons, commas followed by a space, and spaces separate; a list in brackets may also use bare commas.
+    Tabs, semicolons, commas followed by a space, and spaces separate; in brackets, bare commas do too.
     """
     stripped = text.strip()
     inner = stripped.strip("[]()")

@@ -1,1 +1,1 @@
-"""Questions to a person, and answers: each dialog says what it is about, what can be done, and loses nothing."""
+"""Questions to a person, and answers: what it is about, what can be done, and nothing is lost."""

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPushButton, QVBoxLayou
 
 from annotations import __version__
 from annotator.labels import Heading, WrappedText
+from annotator.naming import named
 
 _PARTS = ("mayavi", "vtk", "numpy", "h5py")
 
@@ -24,7 +25,7 @@ class AboutDialog(QDialog):
         )
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.button(QDialogButtonBox.StandardButton.Close).setObjectName("about_close")
-        copy = QPushButton("&Copy versions", objectName="about_copy")
+        copy = named(QPushButton("&Copy versions"), "about_copy")
         copy.setAutoDefault(False)
         copy.clicked.connect(self._on_copy_clicked)
         buttons.addButton(copy, QDialogButtonBox.ButtonRole.ActionRole)

@@ -55,7 +55,7 @@ class DatasetDialog(QDialog):
         self._list.currentItemChanged.connect(self._on_list_current_item_changed)
 
         largest = max(range(len(choices)), key=lambda index: _voxels(choices[index]), default=-1)
-        self._list.setCurrentItem(self._list.topLevelItem(largest))
+        self._list.setCurrentIndex(self._list.model().index(largest, 0))
         self._ok.setEnabled(self.dataset is not None)
 
         layout = QVBoxLayout(self)
@@ -63,7 +63,8 @@ class DatasetDialog(QDialog):
         layout.addWidget(ElidedText(str(path)))
         layout.addWidget(
             WrappedText(
-                f"The file holds {len(choices)} three-dimensional arrays. An annotation names the one it was made on."
+                f"The file holds {len(choices)} three-dimensional arrays. "
+                "An annotation names the one it was made on."
             )
         )
         layout.addWidget(self._list, 1)

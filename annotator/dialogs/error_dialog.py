@@ -9,10 +9,10 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QGridLayout,
+    QLabel,
     QPlainTextEdit,
     QPushButton,
     QStyle,
-    QLabel,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from annotations.errors import UserError
 from annotator.labels import Heading, WrappedText
+from annotator.naming import named
 
 
 class ErrorDialog(QDialog):
@@ -33,7 +34,9 @@ class ErrorDialog(QDialog):
         The log file, offered for opening.
     """
 
-    def __init__(self, error: Exception, parent: QWidget | None = None, *, log_path: Path | None = None) -> None:
+    def __init__(
+        self, error: Exception, parent: QWidget | None = None, *, log_path: Path | None = None
+    ) -> None:
         super().__init__(parent)
         self.setObjectName("error_dialog")
         self.setSizeGripEnabled(True)
@@ -46,9 +49,11 @@ class ErrorDialog(QDialog):
             self.setWindowTitle("Unexpected error")
             problem = f"Something unexpected happened: {_sentence(str(error) or type(error).__name__)}"
             where = ""
-            remedy = "Your annotation is safe: every finished edit is kept. You can go on, or save and restart."
+            remedy = (
+                "Your annotation is safe: every finished edit is kept. You can go on, or save and restart."
+            )
         details = "".join(traceback.format_exception(error)).rstrip()
-        self._report = "\n".join(part for part in (problem, where, remedy, "", details) if part or part == "")
+        self._report = "\n".join(filter(None, (problem, where, remedy))) + f"\n\n{details}\n"
 
         picture = QLabel()
         icon = self.style().standardIcon(QStyle.StandardPixmap.SP_MessageBoxWarning)
@@ -62,7 +67,7 @@ class ErrorDialog(QDialog):
         self._details.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self._details.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         self._details.setVisible(False)
-        self._unfold = QToolButton(objectName="error_unfold")
+        self._unfold = named(QToolButton(), "error_unfold")
         self._unfold.setText("Technical details")
         self._unfold.setCheckable(True)
         self._unfold.setAutoRaise(True)
@@ -74,13 +79,13 @@ class ErrorDialog(QDialog):
         close = buttons.button(QDialogButtonBox.StandardButton.Close)
         close.setObjectName("error_close")
         close.setDefault(True)
-        copy = QPushButton("&Copy", objectName="error_copy")
+        copy = named(QPushButton("&Copy"), "error_copy")
         copy.setToolTip("Copy the whole message, with its technical details")
         copy.setAutoDefault(False)
         copy.clicked.connect(self._on_copy_clicked)
         buttons.addButton(copy, QDialogButtonBox.ButtonRole.ActionRole)
         if log_path is not None:
-            log = QPushButton("Open &log", objectName="error_log")
+            log = named(QPushButton("Open &log"), "error_log")
             log.setToolTip(str(log_path))
             log.setAutoDefault(False)
             log.clicked.connect(self._on_log_clicked)

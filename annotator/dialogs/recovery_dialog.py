@@ -18,10 +18,11 @@ from PySide6.QtWidgets import (
 
 from annotations.documents.recovery import Recovery
 from annotator.labels import Heading, WrappedText
+from annotator.naming import named
 
 
 class RecoveryDialog(QDialog):
-    """Lists what the recovery journals hold; each is recovered or discarded, the rest stays for the next start.
+    """Lists what the recovery journals hold: to be recovered, discarded, or kept for the next start.
 
     Signals
     -------
@@ -52,11 +53,13 @@ class RecoveryDialog(QDialog):
             self._list.resizeColumnToContents(column)
         self._list.currentItemChanged.connect(self._on_list_current_item_changed)
 
-        self._recover = QPushButton("&Recover and open", objectName="recovery_recover")
-        self._recover.setToolTip("Open the annotation with these edits in it; its file changes when it is saved")
+        self._recover = named(QPushButton("&Recover and open"), "recovery_recover")
+        self._recover.setToolTip(
+            "Open the annotation with these edits in it; its file changes when it is saved"
+        )
         self._recover.setDefault(True)
         self._recover.clicked.connect(self._on_recover_clicked)
-        self._discard = QPushButton("&Discard…", objectName="recovery_discard")
+        self._discard = named(QPushButton("&Discard…"), "recovery_discard")
         self._discard.setToolTip("Throw these edits away for good; the saved file stays as it is")
         self._discard.setAutoDefault(False)
         self._discard.clicked.connect(self._on_discard_clicked)
@@ -75,12 +78,15 @@ class RecoveryDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addWidget(Heading("The program ended before these edits were saved. Nothing is lost."))
         layout.addWidget(
-            WrappedText("Recovering opens the annotation as it was after its last edit. Files are not touched until then.")
+            WrappedText(
+                "Recovering opens the annotation as it was after its last edit. "
+                "Until it is saved, its file stays as it is."
+            )
         )
         layout.addWidget(self._list, 1)
         layout.addLayout(actions)
         layout.addWidget(buttons)
-        self._list.setCurrentItem(self._list.topLevelItem(self._list.topLevelItemCount() - 1))
+        self._list.setCurrentIndex(self._list.model().index(len(self._recoveries) - 1, 0))
         self._draw()
 
     @Slot()
@@ -117,7 +123,7 @@ class RecoveryDialog(QDialog):
             self.accept()
 
     def _row(self) -> int | None:
-        row = self._list.indexOfTopLevelItem(self._list.currentItem())
+        row = self._list.currentIndex().row()
         return row if row >= 0 else None
 
     def _take(self, row: int) -> Recovery:

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
 
 from annotator import theme
 from annotator.labels import WrappedText
+from annotator.naming import named
 from annotator.settings import Settings
 
 _THEMES = (("As the system", "system"), ("Light", "light"), ("Dark", "dark"))
@@ -35,7 +36,7 @@ class SettingsDialog(QDialog):
         self.setWindowTitle("Settings")
         self.setSizeGripEnabled(True)
 
-        self._name = QLineEdit(settings.annotator_name, objectName="settings_annotator_name")
+        self._name = named(QLineEdit(settings.annotator_name), "settings_annotator_name")
         self._name.setToolTip("Your name in the annotations that you begin; existing ones keep theirs")
         self._name.textChanged.connect(self._on_name_text_changed)
         self._problem = WrappedText(name="settings_problem")
@@ -44,7 +45,7 @@ class SettingsDialog(QDialog):
         self._theme.currentIndexChanged.connect(self._on_theme_current_index_changed)
         self._renderer = _choice("settings_renderer", _RENDERERS, settings.renderer)
         self._renderer.setToolTip("What draws the volume in 3D; used from the next start")
-        self._autosave = QDoubleSpinBox(objectName="settings_autosave_seconds")
+        self._autosave = named(QDoubleSpinBox(), "settings_autosave_seconds")
         self._autosave.setRange(0.5, 3600)
         self._autosave.setDecimals(1)
         self._autosave.setSuffix(" s after an edit")
@@ -53,12 +54,14 @@ class SettingsDialog(QDialog):
             "until then each edit is already in the recovery file"
         )
         self._autosave.setValue(settings.autosave_seconds)
-        self._cache = QSpinBox(objectName="settings_cache_limit_mib")
+        self._cache = named(QSpinBox(), "settings_cache_limit_mib")
         self._cache.setRange(0, 1024 * 1024)
         self._cache.setSingleStep(256)
         self._cache.setSuffix(" MiB")
         self._cache.setSpecialValueText("Keep nothing")
-        self._cache.setToolTip("Room on the disk for levels of detail that were built once; used from the next start")
+        self._cache.setToolTip(
+            "Room on the disk for levels of detail that were built once; used from the next start"
+        )
         self._cache.setValue(settings.cache_limit_mib)
 
         form = QFormLayout()
@@ -113,14 +116,16 @@ class SettingsDialog(QDialog):
 
     def _draw(self) -> None:
         nameless = not self._name.text().strip()
-        self._problem.setText("An annotation needs the name of its annotator: type yours." if nameless else "")
+        self._problem.setText(
+            "An annotation needs the name of its annotator: type yours." if nameless else ""
+        )
         self._problem.setVisible(nameless)
         self._problem.set_color(theme.colors(self.palette()).error)
         self._ok.setEnabled(not nameless)
 
 
 def _choice(name: str, entries: tuple[tuple[str, str], ...], chosen: str) -> QComboBox:
-    box = QComboBox(objectName=name)
+    box = named(QComboBox(), name)
     for text, value in entries:
         box.addItem(text, value)
     box.setCurrentIndex(max(box.findData(chosen), 0))

@@ -15,13 +15,14 @@ from PySide6.QtWidgets import (
 )
 
 from annotator.labels import WrappedText
+from annotator.naming import named
 
 Row = tuple[str, str, str]
 """Group, text of the action, shortcut as it is written in the menus."""
 
 
 class ShortcutSheet(QDialog):
-    """Lists actions by group; typing narrows the list to rows with all the words, in action, group or shortcut."""
+    """Lists actions by group; typing narrows the list to rows with all the words."""
 
     def __init__(self, rows: Sequence[Row], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -29,7 +30,7 @@ class ShortcutSheet(QDialog):
         self.setWindowTitle("Shortcuts")
         self.setSizeGripEnabled(True)
 
-        self._search = QLineEdit(objectName="shortcut_search")
+        self._search = named(QLineEdit(), "shortcut_search")
         self._search.setAccessibleName("Search the shortcuts")
         self._search.setPlaceholderText("Search: place, undo, Ctrl …")
         self._search.setClearButtonEnabled(True)
@@ -44,17 +45,10 @@ class ShortcutSheet(QDialog):
         self._tree.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         self._tree.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
         self._tree.header().setStretchLastSection(False)
-        groups: dict[str, QTreeWidgetItem] = {}
-        for group, text, shortcut in rows:
-            if group not in groups:
-                parent_item = QTreeWidgetItem([group])
-                font = parent_item.font(0)
-                font.setBold(True)
-                parent_item.setFont(0, font)
-                self._tree.addTopLevelItem(parent_item)
-                parent_item.setFirstColumnSpanned(True)
-                groups[group] = parent_item
-            groups[group].addChild(QTreeWidgetItem([text, shortcut]))
+        self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
+        for title in dict.fromkeys(group for group, _, _ in rows):
+            children = [QTreeWidgetItem([text, shortcut]) for group, text, shortcut in rows if group == title]
+            self._add_group(title, children)
         self._tree.expandAll()
 
         self._nothing = WrappedText("No action matches.", name="shortcut_nothing")
@@ -73,15 +67,23 @@ class ShortcutSheet(QDialog):
         self.resize(unit * 34, unit * 40)
         self._search.setFocus()
 
+    def _add_group(self, title: str, children: list[QTreeWidgetItem]) -> None:
+        group = QTreeWidgetItem([title])
+        font = group.font(0)
+        font.setBold(True)
+        group.setFont(0, font)
+        self._tree.addTopLevelItem(group)
+        group.addChildren(children)
+        group.setFirstColumnSpanned(True)
+        self._groups.append((group, children))
+
     @Slot(str)
     def _on_search_text_changed(self, text: str) -> None:
         words = text.casefold().split()
         found = False
-        for index in range(self._tree.topLevelItemCount()):
-            group = self._tree.topLevelItem(index)
+        for group, children in self._groups:
             shown = 0
-            for child_index in range(group.childCount()):
-                child = group.child(child_index)
+            for child in children:
                 row = f"{group.text(0)} {child.text(0)} {child.text(1)}".casefold()
                 matches = all(word in row for word in words)
                 child.setHidden(not matches)

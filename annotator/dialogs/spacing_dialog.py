@@ -23,6 +23,7 @@ from annotations.volumes import OMES_REALTIME_SPACING_UM, OMES_SPACING_UM, Volum
 from annotations.volumes.spacing import sidecar_path
 from annotator import theme
 from annotator.labels import ElidedText, Heading, WrappedText
+from annotator.naming import named
 from annotator.typed_numbers import NotUnderstood, parse_number
 
 _PRESETS: tuple[tuple[str, Vector], ...] = (
@@ -48,7 +49,7 @@ class SpacingDialog(QDialog):
         self.setWindowTitle("Voxel spacing")
         self.setSizeGripEnabled(True)
 
-        self._preset = QComboBox(objectName="spacing_preset", accessibleName="Scanner")
+        self._preset = named(QComboBox(), "spacing_preset", title="Scanner")
         for title, spacing_um in _PRESETS:
             self._preset.addItem(f"{title} ({_times(spacing_um)} µm)", spacing_um)
         self._preset.addItem("Another spacing", None)
@@ -57,7 +58,7 @@ class SpacingDialog(QDialog):
         fields = QHBoxLayout()
         self._fields: list[QLineEdit] = []
         for axis, value in zip("xyz", offered_um, strict=True):
-            field = QLineEdit(f"{value:.12g}", objectName=f"spacing_{axis}")
+            field = named(QLineEdit(f"{value:.12g}"), f"spacing_{axis}")
             field.setAccessibleName(f"Spacing along {axis} in µm")
             field.setToolTip(f"Distance between the centres of neighbouring voxels along {axis}, in µm")
             field.textChanged.connect(self._on_field_text_changed)
@@ -68,10 +69,10 @@ class SpacingDialog(QDialog):
             self._fields.append(field)
         fields.addWidget(QLabel("µm"))
 
-        self._extent = QLabel(objectName="spacing_extent", accessibleName="Extent of the volume")
+        self._extent = named(QLabel(), "spacing_extent", title="Extent of the volume")
         self._problem = WrappedText(name="spacing_problem")
         self._problem.setAccessibleName("What is wrong with the spacing")
-        self._remember = QCheckBox("&Remember this for the file", objectName="spacing_remember")
+        self._remember = named(QCheckBox("&Remember this for the file"), "spacing_remember")
         self._remember.setChecked(True)
         self._remember.setToolTip(
             f"Writes {sidecar_path(volume.path).name} beside the volume; "

@@ -1,1 +1,1 @@
-"""The panels around the views: what is to do, where the keypoints are, what follows from them, how it is drawn."""
+"""The panels around the views: what to annotate, the keypoints, what follows from them, the display."""

@@ -1,4 +1,4 @@
-"""How cells of the keypoint table are edited: a list of states, a coordinate read with care, a clear button."""
+"""How cells of the keypoint table are edited: a list of states, coordinates as text, a cross to clear."""
 
 from typing import Any
 

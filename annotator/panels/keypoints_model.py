@@ -95,7 +95,9 @@ class KeypointsModel(QAbstractTableModel):
     def columnCount(self, parent: Index = _ROOT) -> int:
         return 0 if parent.isValid() else len(Column)
 
-    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
         if orientation == Qt.Orientation.Vertical:
             if role == Qt.ItemDataRole.DisplayRole:
                 return str(section + 1) if section < _KEYS else ""
@@ -206,7 +208,9 @@ class KeypointsModel(QAbstractTableModel):
             raise NotUnderstood("No volume is open")
         triple = split_triple(text)
         if triple is not None:
-            x, y, z = (parse_length_um(part, self._unit, step) for part, step in zip(triple, spacing_um, strict=True))
+            x, y, z = (
+                parse_length_um(part, self._unit, step) for part, step in zip(triple, spacing_um, strict=True)
+            )
             return (x, y, z)
         # An unplaced keypoint takes the coordinates that are not typed from where the slices meet.
         position_um = list(self._position_um(keypoint.name) or self._session.view.crosshair_um)
@@ -323,7 +327,9 @@ class KeypointsModel(QAbstractTableModel):
         if before.active_keypoint != after.active_keypoint:
             touched |= {before.active_keypoint, after.active_keypoint}
         if before.preview != after.preview:
-            touched |= {preview.keypoint for preview in (before.preview, after.preview) if preview is not None}
+            touched |= {
+                preview.keypoint for preview in (before.preview, after.preview) if preview is not None
+            }
         self._redraw(row for row in map(self.row, touched) if row is not None)
 
     @Slot()

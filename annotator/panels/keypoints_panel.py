@@ -16,13 +16,17 @@ from PySide6.QtWidgets import (
 from annotations.documents.annotation import Annotation
 from annotator import theme
 from annotator.labels import WrappedText
+from annotator.naming import named
 from annotator.panels.keypoint_delegates import ClearDelegate, CoordinateDelegate, StateDelegate
 from annotator.panels.keypoints_model import COORDINATES, Column, KeypointsModel
 from annotator.panels.position_editor import PositionEditor
 from annotator.session import Session
 from annotator.view import View
 
-_UNITS = (("um", "µm", "Show and type positions in micrometres"), ("voxel", "Voxels", "Show and type voxel indices"))
+_UNITS = (
+    ("um", "µm", "Show and type positions in micrometres"),
+    ("voxel", "Voxels", "Show and type voxel indices"),
+)
 
 
 class KeypointsPanel(QWidget):
@@ -39,7 +43,7 @@ class KeypointsPanel(QWidget):
         self._model.modelReset.connect(self._on_model_reset)
         self._table = self._make_table()
         self._editor = PositionEditor(session, self)
-        self._progress = QLabel(objectName="keypoints_progress")
+        self._progress = named(QLabel(), "keypoints_progress")
         self._progress.setAccessibleName("Keypoints placed")
         self._message = WrappedText(name="keypoints_message")
         self._message.setVisible(False)
@@ -48,7 +52,7 @@ class KeypointsPanel(QWidget):
         header = QHBoxLayout()
         header.addWidget(self._progress, 1)
         for unit, text, tooltip in _UNITS:
-            button = QToolButton(objectName=f"keypoints_unit_{unit}")
+            button = named(QToolButton(), f"keypoints_unit_{unit}")
             button.setText(text)
             button.setToolTip(tooltip)
             button.setAccessibleName(tooltip)
@@ -179,4 +183,6 @@ class KeypointsPanel(QWidget):
         if document is None:
             self._progress.setText("No volume is open")
         else:
-            self._progress.setText(f"{len(document.positions_um)} of {len(document.keypoints)} have a position")
+            self._progress.setText(
+                f"{len(document.positions_um)} of {len(document.keypoints)} have a position"
+            )

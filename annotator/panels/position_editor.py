@@ -1,4 +1,4 @@
-"""The position of the active keypoint in three spin boxes: everything moves with the value, one step of undo."""
+"""The position of the active keypoint in three spin boxes: everything moves with the value."""
 
 import math
 
@@ -20,8 +20,8 @@ _FARTHEST = 1e9
 class PositionEditor(QWidget):
     """Previews while values are typed or stepped; keeps them on Enter, on leaving, or once stepping rests.
 
-    What is being edited is the session's preview: Esc drops it here as everywhere. Going from one of the boxes
-    to the next is not leaving: x, y and z typed in a row are one edit.
+    What is being edited is the session's preview: Esc drops it here as everywhere. Going from one of the
+    boxes to the next is not leaving: x, y and z typed in a row are one edit.
     """
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
@@ -43,7 +43,9 @@ class PositionEditor(QWidget):
             box.setRange(-_FARTHEST, _FARTHEST)
             # Its own hint would leave room for the largest number allowed.
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-            box.setMinimumWidth(box.fontMetrics().horizontalAdvance("−00000.00") + box.fontMetrics().height() * 2)
+            box.setMinimumWidth(
+                box.fontMetrics().horizontalAdvance("−00000.00") + box.fontMetrics().height() * 2
+            )
             box.valueChanged.connect(self._on_box_value_changed)
             box.stepped.connect(self._on_box_stepped)
             box.editingFinished.connect(self._on_box_editing_finished)
@@ -157,7 +159,9 @@ class PositionEditor(QWidget):
             self._title.setText(f"{name}: {state}")
             shown = position_um if self._unit == "um" else um_to_voxel(position_um, spacing_um)
             for axis, box in enumerate(self._boxes):
-                self._show(box, float(shown[axis]), 1.0 if self._unit == "voxel" else spacing_um[axis], over_typing)
+                self._show(
+                    box, float(shown[axis]), 1.0 if self._unit == "voxel" else spacing_um[axis], over_typing
+                )
         colors = theme.colors(self.palette())
         for axis, (box, label) in enumerate(zip(self._boxes, self._labels, strict=True)):
             box.setEnabled(usable)

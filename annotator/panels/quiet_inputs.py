@@ -51,7 +51,9 @@ class QuietSpinBox(QDoubleSpinBox):
         super().__init__(parent)
         # A decimal comma would have to be typed here and refused everywhere else.
         plain = QLocale(QLocale.Language.C)
-        plain.setNumberOptions(QLocale.NumberOption.OmitGroupSeparator | QLocale.NumberOption.RejectGroupSeparator)
+        plain.setNumberOptions(
+            QLocale.NumberOption.OmitGroupSeparator | QLocale.NumberOption.RejectGroupSeparator
+        )
         self.setLocale(plain)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCorrectionMode(QAbstractSpinBox.CorrectionMode.CorrectToPreviousValue)

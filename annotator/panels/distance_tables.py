@@ -1,0 +1,114 @@
+"""Distances between keypoints: each link's length beside its nominal one, and every pair."""
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QIcon, QPixmap
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
+
+from annotator.panels.pose_readout import PoseReadout
+
+_LINK_COLUMNS = ("Link", "Length / mm", "Nominal / mm", "Difference")
+
+
+class _ReadOnlyTable(QTableWidget):
+    """A table as tall as its rows, whose cells are rewritten only where their text changes."""
+
+    def __init__(self, name: str, title: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setAccessibleName(title)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setShowGrid(False)
+        self.setWordWrap(False)
+        self.horizontalHeader().setHighlightSections(False)
+        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self.verticalHeader().setDefaultSectionSize(int(self.fontMetrics().height() * 1.5))
+
+    def write(self, row: int, column: int, text: str, tooltip: str = "") -> QTableWidgetItem:
+        item = self.item(row, column)
+        if item is None:
+            item = QTableWidgetItem()
+            item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            self.setItem(row, column, item)
+        if item.text() != text:
+            item.setText(text)
+        item.setToolTip(tooltip)
+        return item
+
+    def fit_height(self) -> None:
+        rows = self.verticalHeader().length()
+        bar = self.horizontalScrollBar().sizeHint().height()
+        self.setFixedHeight(rows + self.horizontalHeader().sizeHint().height() + 2 * self.frameWidth() + bar)
+
+
+class LinkTable(_ReadOnlyTable):
+    """A row for each link of the tool."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("link_table", "Lengths of the links", parent)
+        self.setColumnCount(len(_LINK_COLUMNS))
+        self.setHorizontalHeaderLabels(_LINK_COLUMNS)
+        self.verticalHeader().setVisible(False)
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.horizontalHeader().setStretchLastSection(True)
+
+    def show_readout(self, readout: PoseReadout) -> None:
+        """Write the lengths."""
+        if self.rowCount() != len(readout.links):
+            self.clearContents()
+            self.setRowCount(len(readout.links))
+            self.fit_height()
+        for row, link in enumerate(readout.links):
+            absent = "—" if link.measured_um is None else ""
+            name = self.write(row, 0, f"{link.link}  {link.ends[0]}–{link.ends[1]}")
+            name.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+            name.setIcon(_swatch(link.color))
+            needs = f"Needs {link.ends[0]} and {link.ends[1]}" if absent else f"{link.measured_um:.1f} µm"
+            self.write(row, 1, absent or f"{(link.measured_um or 0) / 1000:.3f}", needs)
+            self.write(
+                row,
+                2,
+                f"{link.nominal_um / 1000:.3f}",
+                "From the tool specification; a study can calibrate it",
+            )
+            self.write(row, 3, absent or f"{100 * (link.deviation or 0):+.1f} %".replace("-", "−"))
+
+
+class DistanceMatrix(_ReadOnlyTable):
+    """The distance in mm between every two keypoints; each pair stands once."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("distance_matrix", "Distances between keypoints in mm", parent)
+        self._names: tuple[str, ...] = ()
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+
+    def show_readout(self, readout: PoseReadout) -> None:
+        """Write the distances, rows and columns in the tool's order."""
+        names = readout.names
+        # The first keypoint needs no row and the last one no column: each pair stands once.
+        rows, columns = names[1:], names[:-1]
+        if names != self._names:
+            self._names = names
+            self.clear()
+            self.setRowCount(len(rows))
+            self.setColumnCount(len(columns))
+            self.setVerticalHeaderLabels(rows)
+            self.setHorizontalHeaderLabels(columns)
+            self.fit_height()
+        for row, second in enumerate(rows):
+            for column, first in enumerate(columns[: row + 1]):
+                distance_um = readout.distances_um.get((first, second))
+                if distance_um is None:
+                    self.write(row, column, "—", f"Needs {first} and {second}")
+                else:
+                    self.write(
+                        row, column, f"{distance_um / 1000:.3f}", f"{first}–{second}: {distance_um:.1f} µm"
+                    )
+
+
+def _swatch(color: str) -> QIcon:
+    pixmap = QPixmap(16, 16)
+    pixmap.fill(QColor(color))
+    return QIcon(pixmap)

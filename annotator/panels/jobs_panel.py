@@ -1,0 +1,67 @@
+"""Long work under way, in the status bar: what it is, how far it is, and how to stop it."""
+
+from PySide6.QtCore import Slot
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QSizePolicy, QStyle, QToolButton, QWidget
+
+from annotator.jobs import Job
+from annotator.naming import named
+from annotator.session import Session
+
+_STEPS = 1000
+
+
+class JobsPanel(QWidget):
+    """Shows the oldest running job, and how many wait behind it; empty while there is none."""
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self.setObjectName("jobs_panel")
+        self.setAccessibleName("Work in the background")
+        self._title = named(QLabel(), "jobs_title")
+        self._bar = named(QProgressBar(), "jobs_progress")
+        self._bar.setAccessibleName("Progress")
+        self._bar.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self._bar.setFixedWidth(self.fontMetrics().averageCharWidth() * 18)
+        self._cancel = named(QToolButton(), "jobs_cancel")
+        self._cancel.setIcon(self.style().standardIcon(QStyle.StandardPixmap.SP_DialogCancelButton))
+        self._cancel.setAutoRaise(True)
+        self._cancel.clicked.connect(self._on_cancel_clicked)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._title)
+        layout.addWidget(self._bar)
+        layout.addWidget(self._cancel)
+        session.jobs.job_changed.connect(self._on_jobs_job_changed)
+        self._draw()
+
+    @Slot(object)
+    def _on_jobs_job_changed(self, job: Job) -> None:
+        if job.shown:
+            self._draw()
+
+    @Slot()
+    def _on_cancel_clicked(self) -> None:
+        if shown := self._shown():
+            self._session.jobs.cancel(shown[0])
+            self._draw()
+
+    def _shown(self) -> tuple[Job, ...]:
+        return tuple(job for job in self._session.jobs.running if job.shown)
+
+    def _draw(self) -> None:
+        shown = self._shown()
+        self.setVisible(bool(shown))
+        if not shown:
+            return
+        job = shown[0]
+        more = f" and {len(shown) - 1} more" if len(shown) > 1 else ""
+        stopping = job.is_cancelled()
+        self._title.setText(f"Stopping: {job.title}" if stopping else f"{job.title}{more}")
+        self.setToolTip("\n".join(job.title for job in shown))
+        # Without an end in sight the bar only shows that something goes on.
+        self._bar.setRange(0, 0 if job.progress is None else _STEPS)
+        self._bar.setValue(round((job.progress or 0) * _STEPS))
+        self._cancel.setToolTip(f"Cancel: {job.title}")
+        self._cancel.setAccessibleName(f"Cancel: {job.title}")
+        self._cancel.setEnabled(not stopping)

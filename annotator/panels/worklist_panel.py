@@ -1,0 +1,116 @@
+"""What there is to annotate, how far it is, and the way to the next volume."""
+
+from PySide6.QtCore import QModelIndex, QSortFilterProxyModel, Qt, Signal, Slot
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QProgressBar,
+    QPushButton,
+    QTreeView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from annotator.labels import ElidedText
+from annotator.naming import named
+from annotator.panels.worklist_model import WorklistModel
+from annotator.session import Session
+
+
+class WorklistPanel(QWidget):
+    """Lists the volumes; Enter or a double click opens one, after what is open has been saved.
+
+    Signals
+    -------
+    open_file_requested, open_folder_requested
+        A button was pressed: the window asks which.
+    """
+
+    open_file_requested = Signal()
+    open_folder_requested = Signal()
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self.setObjectName("worklist_panel")
+        self.setAccessibleName("Volumes to annotate")
+        self._title = ElidedText(name="worklist_title")
+        self._model = WorklistModel(session, self)
+        self._shown = QSortFilterProxyModel(self)
+        self._shown.setSourceModel(self._model)
+        self._shown.setFilterCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self._shown.setFilterKeyColumn(-1)
+
+        self._filter = named(QLineEdit(), "worklist_filter")
+        self._filter.setAccessibleName("Filter the volumes")
+        self._filter.setPlaceholderText("Filter by name or status")
+        self._filter.setToolTip("Shows the volumes whose name or status contains this")
+        self._filter.setClearButtonEnabled(True)
+        self._filter.textChanged.connect(self._shown.setFilterFixedString)
+
+        self._list = QTreeView()
+        self._list.setObjectName("worklist_list")
+        self._list.setAccessibleName("Volumes")
+        self._list.setModel(self._shown)
+        self._list.setRootIsDecorated(False)
+        self._list.setUniformRowHeights(True)
+        self._list.setAlternatingRowColors(True)
+        self._list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self._list.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self._list.header().setStretchLastSection(False)
+        self._list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self._list.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
+        self._list.activated.connect(self._on_list_activated)
+        self._shown.modelReset.connect(self._on_shown_model_reset)
+
+        self._progress = named(QProgressBar(), "worklist_progress")
+        self._progress.setAccessibleName("Volumes done")
+        open_file = named(QPushButton("Open &file…"), "worklist_open_file")
+        open_file.setToolTip("Open a volume or an annotation")
+        open_file.clicked.connect(self.open_file_requested)
+        open_folder = named(QPushButton("Open f&older…"), "worklist_open_folder")
+        open_folder.setToolTip("Open a study, or a folder of volumes")
+        open_folder.clicked.connect(self.open_folder_requested)
+
+        buttons = QHBoxLayout()
+        buttons.addWidget(open_file)
+        buttons.addWidget(open_folder)
+        layout = QVBoxLayout(self)
+        layout.addWidget(self._title)
+        layout.addWidget(self._progress)
+        layout.addWidget(self._filter)
+        layout.addWidget(self._list, 1)
+        layout.addLayout(buttons)
+        session.worklist_changed.connect(self._on_session_worklist_changed)
+        self._draw()
+
+    @Slot(QModelIndex)
+    def _on_list_activated(self, index: QModelIndex) -> None:
+        row = self._shown.mapToSource(index).row()
+        if row != self._session.current_index:
+            self._session.open_item(row)
+
+    @Slot()
+    def _on_session_worklist_changed(self) -> None:
+        self._draw()
+
+    @Slot()
+    def _on_shown_model_reset(self) -> None:
+        self._draw()
+
+    def _draw(self) -> None:
+        items = self._session.items
+        done = sum(item.status == "done" for item in items)
+        self._title.setText(self._session.title or "Nothing is open")
+        self._progress.setVisible(bool(items))
+        self._progress.setRange(0, max(len(items), 1))
+        self._progress.setValue(done)
+        self._progress.setFormat(f"{done} of {len(items)} done")
+        current = self._session.current_index
+        if current is not None:
+            index = self._shown.mapFromSource(self._model.index(current, 0))
+            if index.isValid() and self._list.currentIndex().row() != index.row():
+                self._list.setCurrentIndex(index)
+                self._list.scrollTo(index)
