@@ -1,7 +1,7 @@
 """How an OCT scanner sees a surface: from the depth that the light reaches to grey values."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,17 +118,9 @@ class Scanner:
         grey *= 10 * self.grey_per_db * _STEPS_PER_GREY
         grey += self.noise_grey * _STEPS_PER_GREY
         total = grey.astype(np.int16)
-        total += self._speckle[bits]
+        total += _speckle_steps(self.looks, self.grey_per_db)[bits]
         total >>= _STEPS_PER_GREY.bit_length() - 1
         return np.clip(total, 0, 255).astype(np.uint8)
-
-    @cached_property
-    def _speckle(self) -> NDArray[np.int16]:
-        """The quantiles of speckle as steps of grey, one for each value of 16 random bits."""
-        share = (np.arange(65536) + 0.5) / 65536
-        power = gammaincinv(self.looks, share) / self.looks
-        steps = 10 * np.log10(power) * self.grey_per_db * _STEPS_PER_GREY
-        return np.asarray(np.rint(steps), dtype=np.int16)
 
     def _transmission(self, z_um: NDArray[np.float64]) -> NDArray[np.float32]:
         end = 1 / (1 + np.exp(np.clip((z_um - self.signal_end_um) / self.signal_edge_um, -50, 50)))
@@ -137,3 +129,11 @@ class Scanner:
 
 def _power(decibels: float | NDArray[np.float64]) -> NDArray[np.float32]:
     return np.asarray(10 ** (np.asarray(decibels) / 10), dtype=np.float32)
+
+
+@lru_cache(maxsize=8)
+def _speckle_steps(looks: float, grey_per_db: float) -> NDArray[np.int16]:
+    """Return the quantiles of speckle as steps of grey, one for each value of 16 random bits."""
+    share = (np.arange(65536) + 0.5) / 65536
+    power = gammaincinv(looks, share) / looks
+    return np.asarray(np.rint(10 * np.log10(power) * grey_per_db * _STEPS_PER_GREY), dtype=np.int16)

@@ -28,8 +28,9 @@ def truth_annotation(scene: Scene, volume: VolumeReference) -> Annotation:
     """Return the document with the exact keypoints of a scene, marked as done.
 
     Their source is ``fitted``: computed, not judged by a person. A keypoint is ``out_of_view`` outside the
-    volume; ``occluded`` where light from above does not reach the link that it ends, because another link
-    lies over it or the signal ends before; ``placed`` otherwise; and ``unplaced`` where it ends no link.
+    volume; ``occluded`` where the light ends more than the link's thickness above it (another link lies over
+    it, or its own stands upright) or the signal ends before; ``placed`` otherwise; and ``unplaced`` where it
+    ends no link.
     """
     document = new_annotation(volume, scene.tool, ANNOTATOR, "keypoints", ships=ships(scene.tool))
     positions_um = keypoints_um(scene.pose, scene.tool)
@@ -53,12 +54,8 @@ def _state(scene: Scene, name: str, position_um: Vector) -> State:
     link = scene.tool.link_of(name)
     if link is None or link.name not in scene.bodies:
         raise KeyError(name)
-    body = scene.bodies[link.name]
-    inwards = body.axes[:, 0] * link.length_um * (_INSET_SHARE if name == link.base else -_INSET_SHARE)
-    column_um = np.asarray(position_um) + inwards
-    x_um, y_um = column_um[:1], column_um[1:2]
-    own_um = body.first_hit(x_um, y_um).depth_um.item()
-    met_um = surface_from_above(scene.bodies.values(), x_um, y_um).depth_um.item()
-    # Links that touch at a joint cover each other a little; that hides nothing.
-    covered = met_um < own_um - min(link.cross_section_um) / 2
-    return "occluded" if covered or met_um > scene.scanner.signal_end_um else "placed"
+    inwards = scene.bodies[link.name].axes[:, 0] * link.length_um * _INSET_SHARE
+    column_um = np.asarray(position_um) + (inwards if name == link.base else -inwards)
+    met_um = surface_from_above(scene.bodies.values(), column_um[:1], column_um[1:2]).depth_um.item()
+    buried = column_um[2] - met_um > max(link.cross_section_um)
+    return "occluded" if buried or met_um > scene.scanner.signal_end_um else "placed"
