@@ -1,0 +1,302 @@
+"""What the mouse does on a slice, as wishes to the session and to the view that it was done on.
+
+Navigating never changes the annotation: only in place mode do clicks place and drags move keypoints.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from PySide6.QtCore import QPoint, QPointF, Qt
+
+from annotations.geometry.frames import Vector
+from annotator.session import Session
+from annotator.slices.marks import RADIUS_PX, Mark
+from annotator.slices.viewport import Viewport
+
+# A press this near to a keypoint takes hold of it.
+GRAB_RADIUS_PX = 8.0
+# Less than this is a click with an unsteady hand, not a drag.
+DRAG_DISTANCE_PX = 3.0
+# Dragging sideways by this much makes the window e times as wide.
+WINDOW_E_FOLD_PX = 150.0
+# Dragging up or down by this much moves the level by the window's width.
+LEVEL_WIDTH_PX = 200.0
+NOTCH = 120
+ZOOM_PER_NOTCH = 1.2
+PLANES_PER_NOTCH = 1
+PLANES_PER_NOTCH_SHIFT = 10
+
+
+class Surface(Protocol):
+    """The slice view, as far as gestures need it."""
+
+    @property
+    def viewport(self) -> Viewport | None:
+        """What part of the plane is seen; None without a volume."""
+
+    @property
+    def index(self) -> int:
+        """Which plane is shown."""
+
+    def mark_under(self, x: float, y: float, radius_px: float) -> Mark | None:
+        """Return the keypoint that can be taken hold of at a pixel."""
+
+    def pan(self, dx: float, dy: float) -> None:
+        """Move what is seen by some pixels."""
+
+    def zoom(self, factor: float, x: float, y: float) -> None:
+        """Enlarge what is seen around a pixel."""
+
+    def point_with(self, cursor: Qt.CursorShape) -> None:
+        """Show a cursor."""
+
+
+@dataclass(frozen=True)
+class _Spent:
+    """A button is held, and moving does nothing more."""
+
+
+@dataclass
+class _Panning:
+    last: QPointF
+
+
+@dataclass(frozen=True)
+class _Windowing:
+    start: QPointF
+    window: tuple[float, float]
+
+
+@dataclass
+class _Aiming:
+    """The crosshair follows, once the hand has moved far enough from a keypoint that was pressed."""
+
+    start: QPointF
+    following: bool
+
+
+@dataclass(frozen=True)
+class _Pressed:
+    """A keypoint is held in place mode: a drag moves it, a click is decided on release."""
+
+    mark: Mark
+    start: QPointF
+
+
+@dataclass(frozen=True)
+class _Dragging:
+    keypoint: str
+    grip: QPointF
+    through_um: float
+
+
+_Hold = _Spent | _Panning | _Windowing | _Aiming | _Pressed | _Dragging
+
+
+class SliceGestures:
+    """Turns mouse events on one slice view into wishes.
+
+    Parameters
+    ----------
+    session : Session
+    surface : Surface
+        The view.
+    """
+
+    def __init__(self, session: Session, surface: Surface) -> None:
+        self._session = session
+        self._surface = surface
+        self._hold: _Hold | None = None
+        self._button = Qt.MouseButton.NoButton
+        self._notches = 0.0
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a button is held on the slice."""
+        return self._hold is not None
+
+    @property
+    def is_dragging(self) -> bool:
+        """Whether a keypoint is being dragged."""
+        return isinstance(self._hold, _Dragging)
+
+    def press(self, at: QPointF, button: Qt.MouseButton, modifiers: Qt.KeyboardModifier) -> None:
+        """Begin what a button does here; while one is held, others do nothing."""
+        if self._hold is not None or self._surface.viewport is None:
+            return
+        self._button = button
+        shifted = bool(modifiers & Qt.KeyboardModifier.ShiftModifier)
+        if button == Qt.MouseButton.MiddleButton or (button == Qt.MouseButton.LeftButton and shifted):
+            self._hold = _Panning(at)
+        elif button == Qt.MouseButton.RightButton:
+            self._hold = _Windowing(at, self._session.view.window)
+        elif button == Qt.MouseButton.LeftButton:
+            mark = self._surface.mark_under(at.x(), at.y(), GRAB_RADIUS_PX)
+            placing = self._session.view.mode == "place"
+            # Held from here on: what the press changes must not move the slice under the hand.
+            self._hold = _Spent()
+            self._hold = self._press_to_place(at, mark) if placing else self._press_to_navigate(at, mark)
+        self.show_cursor(at)
+
+    def move(self, at: QPointF) -> None:
+        """Go on with what the held button does."""
+        hold = self._hold
+        if isinstance(hold, _Pressed) and _far(at, hold.start):
+            hold = self._hold = self._begin_drag(hold)
+        if isinstance(hold, _Dragging):
+            self._drag(hold, at)
+        elif isinstance(hold, _Panning):
+            self._surface.pan(at.x() - hold.last.x(), at.y() - hold.last.y())
+            hold.last = at
+        elif isinstance(hold, _Windowing):
+            self._session.look(window=dragged_window(hold.window, at - hold.start))
+        elif isinstance(hold, _Aiming):
+            hold.following = hold.following or _far(at, hold.start)
+            if hold.following:
+                self._session.look(crosshair_um=self._aimed_um(at))
+        self.show_cursor(at)
+
+    def release(self, at: QPointF, button: Qt.MouseButton) -> None:
+        """End what the held button does: a drag is kept here, once."""
+        if button != self._button or self._hold is None:
+            return
+        hold, self._hold = self._hold, None
+        if isinstance(hold, _Dragging):
+            self._session.keep_preview()
+        elif isinstance(hold, _Pressed):
+            self._click(hold)
+        self.show_cursor(at)
+
+    def wheel(self, at: QPointF, turned: QPoint, modifiers: Qt.KeyboardModifier) -> None:
+        """Scroll by planes, or zoom with Ctrl. Fine wheels and touchpads add up to whole planes."""
+        # With Shift some platforms report a vertical wheel as a horizontal one.
+        angle = turned.y() or turned.x()
+        if modifiers & Qt.KeyboardModifier.ControlModifier:
+            self._surface.zoom(ZOOM_PER_NOTCH ** (angle / NOTCH), at.x(), at.y())
+            return
+        if self._notches * angle < 0:
+            self._notches = 0.0
+        self._notches += angle / NOTCH
+        whole = math.trunc(self._notches)
+        self._notches -= whole
+        if whole:
+            shifted = bool(modifiers & Qt.KeyboardModifier.ShiftModifier)
+            self._scroll(-whole * (PLANES_PER_NOTCH_SHIFT if shifted else PLANES_PER_NOTCH))
+
+    def escape(self) -> bool:
+        """Take a drag back; False if there is none."""
+        if not self.is_dragging:
+            return False
+        self._hold = _Spent()
+        self._session.drop_preview()
+        return True
+
+    def follow_session(self) -> None:
+        """End a drag whose preview somebody else dropped or kept: the next move must not bring it back."""
+        preview = self._session.view.preview
+        if isinstance(self._hold, _Dragging) and (preview is None or preview.keypoint != self._hold.keypoint):
+            self._hold = _Spent()
+
+    def cancel(self) -> None:
+        """Forget what a held button was doing, because what it was done to is gone."""
+        self._hold = None if self._hold is None else _Spent()
+
+    def show_cursor(self, at: QPointF) -> None:
+        """Show by the cursor what is done, or what a press would do."""
+        self._surface.point_with(self._cursor(at))
+
+    def _press_to_navigate(self, at: QPointF, mark: Mark | None) -> _Hold:
+        if mark is not None:
+            self._session.activate(mark.name)
+            return _Aiming(at, following=False)
+        self._session.look(crosshair_um=self._aimed_um(at))
+        return _Aiming(at, following=True)
+
+    def _press_to_place(self, at: QPointF, mark: Mark | None) -> _Hold:
+        if mark is not None:
+            return _Pressed(mark, at)
+        self._place(at)
+        return _Spent()
+
+    def _click(self, hold: _Pressed) -> None:
+        """Choose the keypoint if it was hit; beside it, place the active one: neighbours lie close."""
+        beside = math.hypot(hold.start.x() - hold.mark.x, hold.start.y() - hold.mark.y) > RADIUS_PX
+        if beside:
+            self._place(hold.start)
+        else:
+            self._session.activate(hold.mark.name)
+
+    def _place(self, at: QPointF) -> None:
+        viewport = self._surface.viewport
+        if viewport is not None:
+            # On the plane that is seen, although the crosshair may lie up to half a voxel from it.
+            through_um = viewport.plane.depth_um(self._surface.index)
+            self._session.place(viewport.position_um(at.x(), at.y(), through_um))
+
+    def _begin_drag(self, hold: _Pressed) -> _Hold:
+        document, viewport = self._session.document, self._surface.viewport
+        if document is None or viewport is None:
+            return _Spent()
+        shown_um = self._session.shown_positions_um()[hold.mark.name]
+        grip = QPointF(hold.mark.x, hold.mark.y) - hold.start
+        if document.keypoint(hold.mark.name).locked:
+            # Asked all the same: the session refuses, and says why.
+            self._session.begin_preview(hold.mark.name, shown_um, "dragged")
+            return _Spent()
+        return _Dragging(hold.mark.name, grip, shown_um[viewport.plane.axis])
+
+    def _drag(self, hold: _Dragging, at: QPointF) -> None:
+        """Move a keypoint within the plane; its distance from the plane stays."""
+        viewport = self._surface.viewport
+        if viewport is not None:
+            x, y = at.x() + hold.grip.x(), at.y() + hold.grip.y()
+            self._session.begin_preview(hold.keypoint, viewport.position_um(x, y, hold.through_um), "dragged")
+
+    def _aimed_um(self, at: QPointF) -> Vector:
+        viewport, crosshair_um = self._surface.viewport, self._session.view.crosshair_um
+        if viewport is None:
+            return crosshair_um
+        return viewport.position_um(at.x(), at.y(), crosshair_um[viewport.plane.axis])
+
+    def _scroll(self, planes: int) -> None:
+        viewport = self._surface.viewport
+        if viewport is None:
+            return
+        plane, crosshair_um = viewport.plane, list(self._session.view.crosshair_um)
+        index = min(max(self._surface.index + planes, 0), plane.shape[plane.axis] - 1)
+        crosshair_um[plane.axis] = plane.depth_um(index)
+        self._session.look(crosshair_um=tuple(crosshair_um))
+
+    def _cursor(self, at: QPointF) -> Qt.CursorShape:
+        if isinstance(self._hold, _Panning | _Windowing):
+            return Qt.CursorShape.SizeAllCursor
+        if self.is_dragging:
+            return Qt.CursorShape.ClosedHandCursor
+        if self._session.view.mode != "place" or self._surface.viewport is None:
+            return Qt.CursorShape.ArrowCursor
+        mark = self._surface.mark_under(at.x(), at.y(), GRAB_RADIUS_PX)
+        if mark is None:
+            return Qt.CursorShape.CrossCursor
+        return Qt.CursorShape.ForbiddenCursor if mark.locked else Qt.CursorShape.OpenHandCursor
+
+
+def dragged_window(window: tuple[float, float], way: QPointF) -> tuple[float, float]:
+    """Return the window after a drag: wider to the right, brighter upwards.
+
+    Parameters
+    ----------
+    window : (float, float)
+        Before the drag.
+    way : QPointF
+        From the drag's beginning, in pixels.
+    """
+    low, high = window
+    width = high - low
+    level = (low + high) / 2 + way.y() / LEVEL_WIDTH_PX * width
+    wider = width * math.exp(way.x() / WINDOW_E_FOLD_PX)
+    return (level - wider / 2, level + wider / 2)
+
+
+def _far(at: QPointF, start: QPointF) -> bool:
+    return math.hypot(at.x() - start.x(), at.y() - start.y()) > DRAG_DISTANCE_PX

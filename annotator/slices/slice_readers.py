@@ -1,0 +1,229 @@
+"""One thread an axis that reads the slice wished for last, then the ones to come."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from annotations.geometry.frames import Vector
+from annotations.volumes import SliceImage, Volume, VolumeError
+from annotator.slices.projection import Plane
+from annotator.slices.slice_cache import SliceCache
+from annotator.slices.slice_reading import ReadingPlan, read_slices
+
+
+class SliceSource:
+    """A volume to read slices from, how to read them, and the ones that are in memory.
+
+    Parameters
+    ----------
+    volume : Volume
+    spacing_um : (float, float, float)
+        Of the volume's voxels.
+    cache_bytes : int
+        What its slices may take in memory.
+    """
+
+    def __init__(self, volume: Volume, spacing_um: Vector, cache_bytes: int) -> None:
+        self.volume = volume
+        self.spacing_um = spacing_um
+        self.cache = SliceCache(cache_bytes)
+        self.plans = tuple(ReadingPlan.of(volume, axis) for axis in range(3))
+        self.planes = tuple(
+            Plane.across(axis, volume.shape, spacing_um, volume.depth_axis) for axis in range(3)
+        )
+
+    def read(self, axis: int, indices: range, given_up: Callable[[], bool]) -> tuple[SliceImage, ...]:
+        """Read slices into the cache and return them; none if given up."""
+        slices = read_slices(
+            self.volume,
+            self.plans[axis],
+            indices,
+            transposed=self.planes[axis].is_transposed,
+            given_up=given_up,
+        )
+        first, second = (other for other in range(3) if other != axis)
+        images = tuple(
+            SliceImage(
+                data=data,
+                spacing_um=(self.spacing_um[first], self.spacing_um[second]),
+                origin_um=(0.0, 0.0),
+                axis=axis,
+                index=index,
+                sharp=True,
+            )
+            for index, data in zip(indices, slices or (), strict=slices is not None)
+        )
+        for image in images:
+            self.cache.put(image)
+        return images
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """A slice that a view wants to draw now.
+
+    Attributes
+    ----------
+    source : SliceSource
+    axis, index : int
+    step : int
+        How far, and which way, the view scrolled to get there; 0 after a jump.
+    """
+
+    source: SliceSource
+    axis: int
+    index: int
+    step: int
+
+
+class SliceReaders:
+    """Three threads, one an axis, so that a slow axis holds up no other. Only the newest wish counts.
+
+    Parameters
+    ----------
+    on_arrived : callable of (SliceSource, SliceImage)
+        Takes a slice that was wished for.
+    on_failed : callable of (SliceSource, Exception)
+        Hears why a slice that was wished for cannot be read. Both are called in the reading threads, never
+        after `stop` has returned, and must not wait for anything.
+    """
+
+    def __init__(
+        self,
+        on_arrived: Callable[[SliceSource, SliceImage], None],
+        on_failed: Callable[[SliceSource, Exception], None],
+    ) -> None:
+        self._on_arrived = on_arrived
+        self._on_failed = on_failed
+        self._stopped = False
+        self._source: SliceSource | None = None
+        self._wishes: dict[int, Wish] = {}
+        self._being_read: set[int] = set()
+        self._changed = threading.Condition()
+        self._threads = [
+            threading.Thread(target=self._run, args=(axis,), name=f"slices-{axis}", daemon=True)
+            for axis in range(3)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def use(self, source: SliceSource | None) -> None:
+        """Read from another volume, or from none, from now on; wishes for the old one are forgotten."""
+        with self._changed:
+            self._source = source
+            self._wishes.clear()
+            self._changed.notify_all()
+
+    def wish(self, axis: int, index: int, step: int) -> None:
+        """Read a slice next; an earlier wish for the same axis is forgotten.
+
+        Parameters
+        ----------
+        axis, index : int
+        step : int
+            How far, and which way, scrolling led there; 0 after a jump.
+        """
+        with self._changed:
+            if self._source is not None:
+                self._wishes[axis] = Wish(self._source, axis, index, step)
+                self._changed.notify_all()
+
+    def stop(self) -> None:
+        """Deliver nothing more, and let the threads end."""
+        with self._changed:
+            self._stopped = True
+            self._source = None
+            self._wishes.clear()
+            self._changed.notify_all()
+
+    def wait(self, patience_s: float) -> None:
+        """Wait, after `stop`, until the threads have ended; a reading that hangs is left to itself."""
+        for thread in self._threads:
+            thread.join(patience_s)
+
+    def _run(self, axis: int) -> None:
+        while self._fulfil_next(axis):
+            pass
+
+    def _fulfil_next(self, axis: int) -> bool:
+        """Wait for a wish and fulfil it; False when stopped. Holds on to no volume in between."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._stopped or axis in self._wishes)
+            if self._stopped:
+                return False
+            wish = self._wishes[axis]
+            self._being_read.add(axis)
+        try:
+            image = self._read(wish)
+        except Exception as error:  # noqa: BLE001 - whatever it is, a person must hear of it
+            self._settle(wish, self._on_failed, error)
+            return True
+        if image is None:
+            self._settle(wish)
+            return True
+        self._settle(wish, self._on_arrived, image)
+        self._foresee(wish)
+        return True
+
+    def _read(self, wish: Wish) -> SliceImage | None:
+        """Return the slice of a wish; None if a newer wish made it pointless meanwhile."""
+        source, key = wish.source, (wish.axis, wish.index)
+        found = source.cache.get(*key)
+        if found is not None:
+            return found
+        block = source.plans[wish.axis].first(wish.index)
+        return next(
+            (
+                image
+                for image in source.read(wish.axis, block, partial(self._is_pointless, wish, block))
+                if image.index == wish.index
+            ),
+            None,
+        )
+
+    def _settle(
+        self, wish: Wish, tell: Callable[[SliceSource, Any], None] | None = None, what: object = None
+    ) -> None:
+        """Take a wish off the list, unless a newer one stands there, and tell what came of it."""
+        with self._changed:
+            self._being_read.discard(wish.axis)
+            if self._wishes.get(wish.axis) is wish:
+                del self._wishes[wish.axis]
+            if tell is not None and not self._stopped:
+                tell(wish.source, what)
+            self._changed.notify_all()
+
+    def _foresee(self, wish: Wish) -> None:
+        """Read what scrolling on will want, while nobody waits for anything."""
+        source = wish.source
+        for block in source.plans[wish.axis].ahead(wish.index, wish.step):
+            missing = [index for index in block if (wish.axis, index) not in source.cache]
+            if not missing:
+                continue
+            wanted = range(missing[0], missing[-1] + 1)
+            try:
+                if not source.read(wish.axis, wanted, partial(self._is_disturbed, wish, wanted)):
+                    return
+            except VolumeError:  # told when such a slice is wished for, not before
+                return
+
+    def _is_pointless(self, wish: Wish, block: range) -> bool:
+        """Say whether the newest wish of the axis is one that this reading will not fulfil."""
+        newest = self._wishes.get(wish.axis)
+        return newest is None or newest.source is not wish.source or newest.index not in block
+
+    def _is_disturbed(self, wish: Wish, block: range) -> bool:
+        """Wait until nobody waits for the disk; True if foreseeing is not what is wanted any more."""
+        with self._changed:
+            self._changed.wait_for(
+                lambda: (
+                    self._source is not wish.source
+                    or wish.axis in self._wishes
+                    or not self._being_read - {wish.axis}
+                )
+            )
+            if self._source is not wish.source:
+                return True
+            return wish.axis in self._wishes and self._is_pointless(wish, block)

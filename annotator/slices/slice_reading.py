@@ -1,0 +1,156 @@
+"""How slices are best read from a file: how many together, and in which portions."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from annotations.volumes import Volume
+
+# Reading one byte of a file reads a page.
+PAGE_BYTES = 4096
+# What slices read in one go may take in memory.
+TOGETHER_BYTES = 16 * 2**20
+# After this much of the file, the reader looks whether the slice is still wanted.
+PORTION_BYTES = 16 * 2**20
+# How many slices are foreseen where each costs its own reading.
+SLICES_AHEAD = 4
+
+
+@dataclass(frozen=True)
+class ReadingPlan:
+    """How the slices across one axis of a volume are read.
+
+    Attributes
+    ----------
+    axis : int
+        The axis that the slices are across.
+    count : int
+        Slices there are.
+    together : int
+        Slices worth reading in one go: in the file they lie so near each other that the disk, or the
+        decompression, gives the others for nothing.
+    chunk : int or None
+        Slices that can only be read together; None where a single one costs no more than it holds.
+    portion_axis : int
+        The other axis along which a reading is cut into portions.
+    portion : int
+        Length of a portion along that axis, in voxels.
+    """
+
+    axis: int
+    count: int
+    together: int
+    chunk: int | None
+    portion_axis: int
+    portion: int
+
+    @classmethod
+    def of(cls, volume: Volume, axis: int) -> Self:
+        """Plan for the slices across an axis of a volume."""
+        shape, item = volume.shape, volume.dtype.itemsize
+        in_plane = [other for other in range(3) if other != axis]
+        slice_bytes = shape[in_plane[0]] * shape[in_plane[1]] * item
+        most = max(1, TOGETHER_BYTES // slice_bytes)
+        if volume.chunks is None:
+            stride = _strides(shape, item, volume.fortran_order)
+            portion_axis = max(in_plane, key=lambda other: stride[other])
+            together = min(max(1, PAGE_BYTES // stride[axis]), most, shape[axis])
+            portion = max(1, PORTION_BYTES // stride[portion_axis])
+            return cls(axis, shape[axis], together, None, portion_axis, portion)
+        chunk = min(volume.chunks[axis], shape[axis])
+        portion_axis, other = in_plane
+        row_bytes = chunk * volume.chunks[portion_axis] * shape[other] * item
+        portion = volume.chunks[portion_axis] * max(1, PORTION_BYTES // row_bytes)
+        return cls(axis, shape[axis], min(chunk, most), chunk, portion_axis, portion)
+
+    def first(self, index: int) -> range:
+        """Return the slices to read when one is wanted now: no more than cost the same."""
+        return range(index, index + 1) if self.chunk is None else self._block(index)
+
+    def ahead(self, index: int, step: int) -> tuple[range, ...]:
+        """Return the slices to read next, in this order, after one was read and the last step led there.
+
+        Parameters
+        ----------
+        index : int
+            The slice just read.
+        step : int
+            How far, and which way, the last scrolling went; 0 after a jump.
+        """
+        blocks = [self._block(index)] if self.together > 1 else []
+        if 0 < abs(step) <= self.together and self.together > 1:
+            edge = blocks[0].stop if step > 0 else blocks[0].start - 1
+            wanted = [edge]
+        else:
+            wanted = [index + step * count for count in range(1, SLICES_AHEAD + 1)] if step else []
+        for other in wanted:
+            if 0 <= other < self.count:
+                block = self._block(other) if abs(step) <= self.together else self.first(other)
+                if block not in blocks:
+                    blocks.append(block)
+        return tuple(blocks)
+
+    def _block(self, index: int) -> range:
+        chunk = self.chunk or self.together
+        begin = index // chunk * chunk
+        start = begin + (index - begin) // self.together * self.together
+        return range(start, min(start + self.together, begin + chunk, self.count))
+
+
+def read_slices(
+    volume: Volume,
+    plan: ReadingPlan,
+    indices: range,
+    *,
+    transposed: bool,
+    given_up: Callable[[], bool],
+) -> list[NDArray[Any]] | None:
+    """Read slices into memory, one array each, so that each can be forgotten by itself.
+
+    Parameters
+    ----------
+    indices : range
+        Which slices; without gaps.
+    transposed : bool
+        Lay each slice out so that its transpose is C-contiguous: the way it is drawn.
+    given_up : callable
+        Asked after every portion whether nobody wants the slices any more.
+
+    Returns
+    -------
+    list of ndarray, shape (voxels along the first, along the second remaining axis), or None
+        None if given up.
+
+    Raises
+    ------
+    VolumeError
+        The file cannot be read.
+    """
+    shape = tuple(length for axis, length in enumerate(volume.shape) if axis != plan.axis)
+    slices = [np.empty(shape, volume.dtype) for _ in indices]
+    length = volume.shape[plan.portion_axis]
+    edges = [*range(0, length, plan.portion), length]
+    region = [slice(None), slice(None), slice(None)]
+    region[plan.axis] = slice(indices.start, indices.stop)
+    rows_first = plan.portion_axis == min(axis for axis in range(3) if axis != plan.axis)
+    for start, stop in pairwise(edges):
+        if given_up():
+            return None
+        region[plan.portion_axis] = slice(start, stop)
+        part = np.moveaxis(volume.read((region[0], region[1], region[2])), plan.axis, 0)
+        for target, source in zip(slices, part, strict=True):
+            # Copying is what touches a mapped file; numpy lets other threads run meanwhile.
+            target[(slice(start, stop), slice(None)) if rows_first else (slice(None), slice(start, stop))] = (
+                source
+            )
+    return [np.asfortranarray(one) for one in slices] if transposed else slices
+
+
+def _strides(shape: tuple[int, int, int], item: int, fortran_order: bool) -> tuple[int, int, int]:
+    if fortran_order:
+        return (item, item * shape[0], item * shape[0] * shape[1])
+    return (item * shape[1] * shape[2], item * shape[2], item)
