@@ -1,4 +1,4 @@
-"""Autosave: each edit into the journal before the next event, to the disk within a second, to the file soon."""
+"""Autosave: each edit in the journal before the next event, on the disk within a second, in the file soon."""
 
 from PySide6.QtCore import QObject, QTimer, Signal
 

@@ -79,8 +79,8 @@ class Jobs(QObject):
     ) -> Job:
         """Run ``work(progress, cancelled)`` in a thread.
 
-        Then, in this object's thread, ``done(result)`` or ``failed(exception)`` is called; neither for a job that
-        was cancelled.
+        Then, in this object's thread, ``done(result)`` or ``failed(exception)`` is called; neither for a job
+        that was cancelled.
         """
         job = Job(title, shown)
         self._running.append(job)
@@ -96,7 +96,7 @@ class Jobs(QObject):
                 result = work(report, job.is_cancelled)
             except Cancelled:
                 self._deliver(lambda: self._end(job, "cancelled", None))
-            except Exception as error:  # whatever it is, the person who waits must hear of it
+            except Exception as error:  # noqa: BLE001 - whatever it is, the person who waits must hear of it
                 # The name is unbound at the end of the clause, the closure runs later.
                 problem = error
                 self._deliver(lambda: self._end(job, "failed", lambda: failed(problem)))

@@ -1,4 +1,4 @@
-"""Brings the open volume's levels of detail: the averaged one from cache or disk, and full resolution where asked."""
+"""Brings the open volume's levels of detail: the averaged one, and full resolution where it is asked for."""
 
 from collections.abc import Callable
 

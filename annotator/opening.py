@@ -79,11 +79,13 @@ def find(item: WorkItem, dataset: str | None, tool_name: str, tool_folders: tupl
     if not item.annotation_path.exists():
         return Found(item, volume, fingerprint(volume), None, "", find_tool(tool_name, tool_folders))
     document, identity = load_annotation(item.annotation_path)
-    tool = tool_of(document, tool_folders)
     try:
+        tool = tool_of(document, tool_folders)
         document = completed(document, tool)
-    except DocumentError as error:
-        raise DocumentError(error.problem, where=item.annotation_path, remedy=error.remedy) from error
+    except UserError as error:
+        raise DocumentError(
+            error.problem, where=error.where or item.annotation_path, remedy=error.remedy
+        ) from error
     found = Found(item, volume, fingerprint(volume), document, identity, tool)
     _refuse_other_volume(found, document)
     return found

@@ -37,9 +37,10 @@ def visible_part(level: Level, cropping_um: tuple[Vector, Vector] | None) -> Lev
 
 
 def depth_along_ray(level: Level, ray: Ray, view: View) -> Vector | None:
-    """Return the position in µm that a click means: the brightest sample in a projection, else the first surface.
+    """Return the position in µm that a click means.
 
-    None where the ray misses the volume or meets nothing above the opacity threshold.
+    The brightest sample in a maximum intensity projection, else the first surface. None where the ray misses
+    the volume or meets nothing above the opacity threshold.
     """
     shown = visible_part(level, view.cropping_um)
     if view.rendering == "mip":
@@ -69,7 +70,7 @@ def nudged(position_um: Vector, axis: int, voxels: int, spacing_um: Vector) -> V
 
 
 def clipped_crosshair(position_um: Vector, shape: tuple[int, int, int], spacing_um: Vector) -> Vector:
-    """Return the position itself if the volume holds it, else the nearest voxel's: slices are always of voxels."""
+    """Return the position itself if it is in the volume, else the nearest there: slices are of voxels."""
     index = um_to_voxel(position_um, spacing_um)
     if np.all(index >= 0) and np.all(index <= np.subtract(shape, 1)):
         return position_um

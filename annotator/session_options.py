@@ -29,7 +29,8 @@ class SessionOptions:
     spacing_override_um : (float, float, float) or None
         For volumes whose spacing nothing says; nobody is asked then.
     autosave_s : float
-        Seconds from an edit to the annotation's file; 0 leaves saving to the person. Journals are always kept.
+        Seconds from an edit to the annotation's file; 0 leaves saving to the person. Journals are
+        always kept.
     cache_limit_bytes : int
         Largest size of the built levels that are kept.
     remembered_spacing, remember_spacing : callable

@@ -1,4 +1,4 @@
-"""What is looked at, and how: a frozen model, announced like the document, never undone, never saved with it."""
+"""What is looked at, and how: frozen, announced like the document, never undone, never saved with it."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -19,7 +19,7 @@ ALL_LAYERS: frozenset[Layer] = frozenset(
 
 @dataclass(frozen=True)
 class Preview:
-    """A keypoint on its way: dragged, or clicked in the scene and waiting to be kept. Not yet in the document.
+    """A keypoint on its way, not yet in the document: dragged, or clicked in the scene but not kept.
 
     Attributes
     ----------

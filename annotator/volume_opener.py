@@ -78,7 +78,7 @@ class VolumeOpener(QObject):
             self.open(item, tool_name, tool_folders, name)
 
     def provide_spacing(self, spacing_um: Vector, *, remember: bool) -> None:
-        """Answer ``spacing_requested``; remembered beside the volume, or where that cannot be, by its fingerprint."""
+        """Answer ``spacing_requested``; remembered beside the volume, or else by its fingerprint."""
         if self._found is None:
             return
         found = self._found

@@ -14,10 +14,12 @@ SPACING_UM = np.array([15.9, 13.5, 9.4])
 
 
 def test_opens_a_volume_with_the_spacing_of_its_sidecar(session: Session, volume_path: Path) -> None:
-    assert session.volume is not None and session.volume.path == volume_path
+    assert session.volume is not None
+    assert session.volume.path == volume_path
     assert session.spacing_um == (15.9, 13.5, 9.4)
     assert "beside the volume" in session.spacing_note
-    assert session.document is not None and session.document.annotator == "anna"
+    assert session.document is not None
+    assert session.document.annotator == "anna"
     assert session.view.active_keypoint == "k0"
     assert session.slice_level is not None
     assert not session.unsaved
@@ -51,10 +53,12 @@ def test_a_click_in_the_scene_proposes_and_waits_to_be_kept(qtbot: QtBot, sessio
     session.pick_ray(Ray(tuple(target_um - [0, 0, 5000]), (0.0, 0.0, 1.0)))
     qtbot.waitUntil(lambda: not session.jobs.running)
     preview = session.view.preview
-    assert preview is not None and preview.keypoint == "k0"
+    assert preview is not None
+    assert preview.keypoint == "k0"
     assert abs(preview.position_um[2] - target_um[2]) < SPACING_UM[2]
     assert session.view.crosshair_um == preview.position_um
-    assert session.document is not None and not session.document.positions_um
+    assert session.document is not None
+    assert not session.document.positions_um
     session.keep_preview()
     assert session.document.keypoint("k0").position_um == preview.position_um
     assert session.view.active_keypoint == "k1"
@@ -75,7 +79,8 @@ def test_nearly_parallel_rays_only_propose_anew(session: Session) -> None:
     for offset_um in (0.0, 20.0):
         start_um = np.array([20, 30, -500]) * SPACING_UM + [offset_um, 0, 0]
         session.pick_ray(Ray(tuple(start_um), (0.0, 0.0, 1.0)))
-    assert session.document is not None and not session.document.positions_um
+    assert session.document is not None
+    assert not session.document.positions_um
     assert session.view.preview is not None
 
 
@@ -132,7 +137,8 @@ def test_saves_and_reopens_the_same_document(qtbot: QtBot, session: Session, vol
     assert path == volume_path.parent / "annotations" / "anna" / "v001.npy.keypoints.json"
     with qtbot.waitSignal(session.volume_changed, check_params_cb=lambda: session.volume is not None):
         session.open_path(path)
-    assert saved is not None and session.document is not None
+    assert saved is not None
+    assert session.document is not None
     assert session.document.keypoints == saved.keypoints
     assert session.document.volume.path == "../../v001.npy"
 
@@ -143,6 +149,7 @@ def test_a_file_changed_by_another_program_is_not_overwritten(qtbot: QtBot, sess
     assert session.annotation_path is not None
     theirs = session.annotation_path.read_text().replace("100.0", "111.0")
     session.annotation_path.write_text(theirs)
+    session.activate("k0")
     session.nudge(0, 1)
     with qtbot.waitSignal(session.overwrite_requested):
         assert not session.save()
@@ -175,10 +182,12 @@ def test_unsaved_edits_are_offered_after_a_crash_and_can_be_undone(
     with qtbot.waitSignal(session.volume_changed, check_params_cb=lambda: session.volume is not None):
         session.recover(recovery)
     qtbot.waitUntil(lambda: session.unsaved)
-    assert lost is not None and session.document is not None
+    assert lost is not None
+    assert session.document is not None
     assert session.document.keypoints == lost.keypoints
     session.undo_stack.undo()
     assert not session.document.positions_um
     session.abandon()
     with qtbot.assertNotEmitted(session.recovery_requested):
         session.offer_recoveries()
+        qtbot.waitUntil(lambda: not session.jobs.running)
