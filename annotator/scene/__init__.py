@@ -1,0 +1,1 @@
+"""The volume in three dimensions: a Mayavi scene with one layer a file."""

@@ -1,0 +1,106 @@
+"""Mayavi's scene as a Qt widget, drawn when Qt asks for it and by nobody else."""
+
+from collections.abc import Callable
+
+import vtk
+from mayavi.core.api import Engine
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QGuiApplication, QImage, QPainter, QPlatformSurfaceEvent
+from PySide6.QtWidgets import QWidget
+from tvtk.api import tvtk
+from tvtk.pyface.api import Scene
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+
+class Canvas(QObject):
+    """Mayavi's scene without its tool bars, its mouse and its keys.
+
+    Attributes
+    ----------
+    scene : tvtk.pyface.api.Scene
+        Mayavi's scene; registered with an engine of its own, so that Mayavi's pipelines can be added to it.
+    widget : QWidget
+        What it is drawn on.
+    window : vtkRenderWindow
+    renderer : vtkRenderer
+        Mayavi's own renderer.
+    """
+
+    def __init__(self, parent: QWidget, draw: Callable[[], None]) -> None:
+        super().__init__(parent)
+        self._draw = draw
+        self._open = True
+        self.scene = Scene(parent)
+        self._engine = Engine()
+        self._engine.start()
+        self._engine.add_scene(self.scene)
+        self.widget: QWidget = self.scene.control
+        self.window = tvtk.to_vtk(self.scene.render_window)
+        self.renderer = tvtk.to_vtk(self.scene.renderer)
+        self.window.SetMultiSamples(0)  # 30 ms a frame without a GPU
+        # On a platform without screen VTK draws into memory, and the picture is painted like any widget's:
+        # so a window can be grabbed whole.
+        self._painted = QGuiApplication.platformName() == "offscreen"
+        if self._painted:
+            self.widget.setAttribute(Qt.WidgetAttribute.WA_PaintOnScreen, on=False)
+        self.widget.installEventFilter(self)
+        self._surface = self.widget.windowHandle()
+        if self._surface is not None:
+            self._surface.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if not self._open:
+            # VTK's side of the widget is gone: Mayavi's own handlers would miss it.
+            return watched is self.widget and event.type() in (QEvent.Type.Paint, QEvent.Type.Resize)
+        if watched is self._surface:
+            if (
+                isinstance(event, QPlatformSurfaceEvent)
+                and event.surfaceEventType()
+                == QPlatformSurfaceEvent.SurfaceEventType.SurfaceAboutToBeDestroyed
+            ):
+                # OpenGL's context must go before the window that it draws into.
+                self.window.Finalize()
+        elif event.type() == QEvent.Type.WinIdChange:
+            self._follow_window()
+        elif event.type() == QEvent.Type.Paint:
+            self._draw()
+            if self._painted:
+                with QPainter(self.widget) as painter:
+                    painter.drawImage(self.widget.rect(), self.picture())
+            return True
+        return False
+
+    def fit(self, width_px: float, height_px: float, ratio: float) -> None:
+        """Draw in this size from now on, given in Qt's pixels."""
+        size = (max(1, round(width_px * ratio)), max(1, round(height_px * ratio)))
+        if tuple(self.window.GetSize()) != size:
+            # The base class's method: that of a window on the screen would resize Qt's own window.
+            vtk.vtkRenderWindow.SetSize(self.window, *size)
+
+    def picture(self) -> QImage:
+        """Return what was drawn last."""
+        width, height = self.window.GetSize()
+        values = vtk.vtkUnsignedCharArray()
+        self.window.GetPixelData(0, 0, width - 1, height - 1, 0, values, 0)
+        pixels = vtk_to_numpy(values)
+        image = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
+        return image.flipped(Qt.Orientation.Vertical)
+
+    def close(self) -> None:
+        """Let go of everything that VTK, Mayavi and OpenGL hold; nothing is drawn from now on."""
+        if not self._open:
+            return
+        self._open = False
+        self._engine.remove_scene(self.scene)
+        self._engine.stop()
+        self.scene.close()
+
+    def _follow_window(self) -> None:
+        """Draw into the native window that Qt has made in place of the former one."""
+        if not self.widget.testAttribute(Qt.WidgetAttribute.WA_WState_Created):
+            return
+        self.window.SetWindowInfo(str(int(self.widget.winId())))
+        self._surface = self.widget.windowHandle()
+        if self._surface is not None:
+            self._surface.installEventFilter(self)
+        self.widget.update()

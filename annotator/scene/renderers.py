@@ -1,0 +1,141 @@
+"""Two renderers in one window: the volume behind, kept as a picture, and the overlays before it.
+
+Casting rays through a volume takes 100 to 800 ms without a GPU; drawing the overlays takes 10. So the
+volume's renderer draws into layer 0 and its picture is kept; as long as nothing that it depends on changes,
+a frame lays the overlays over the kept picture. What it depends on is compared by value, every frame: there
+is no event that could be missed, and no stale picture.
+"""
+
+import re
+from collections.abc import Hashable, Sequence
+
+import vtk
+
+from annotator.scene.camera import VIEW_ANGLE_DEG, Camera
+
+_SOFTWARE = re.compile(
+    r"llvmpipe|softpipe|swrast|\bSWR\b|OSMesa|software|Microsoft Basic Render|GDI Generic", re.IGNORECASE
+)
+
+
+def is_software(renderer_name: str) -> bool:
+    """Say whether OpenGL's name for its renderer is that of one without a GPU."""
+    return _SOFTWARE.search(renderer_name) is not None
+
+
+class Renderers:
+    """The volume's renderer, the overlays' renderer, and the kept picture of the volume.
+
+    Attributes
+    ----------
+    volume_draws : int
+        How often the volume itself has been drawn.
+    """
+
+    def __init__(self, window: vtk.vtkRenderWindow, overlays: vtk.vtkRenderer) -> None:
+        self._window = window
+        self._overlays = overlays
+        self._volume = vtk.vtkRenderer()
+        self._volume.SetLayer(0)
+        self._volume.InteractiveOff()
+        overlays.SetLayer(1)
+        overlays.SetPreserveColorBuffer(True)
+        window.SetNumberOfLayers(2)
+        window.AddRenderer(self._volume)
+        self._camera = overlays.GetActiveCamera()
+        self._camera.SetViewAngle(VIEW_ANGLE_DEG)
+        self._volume.SetActiveCamera(self._camera)
+        self._kept = vtk.vtkImageData()
+        texture = vtk.vtkTexture()
+        texture.SetInputData(self._kept)
+        texture.InterpolateOff()
+        self._volume.SetBackgroundTexture(texture)
+        self._kept_key: Hashable = None
+        self.volume_draws = 0
+
+    def renderer_name(self) -> str:
+        """Return OpenGL's name for its renderer; draws an empty frame where there was none."""
+        if self._window.GetNeverRendered():
+            self._window.Render()
+        named = re.search(
+            r"^OpenGL renderer string:\s*(.*)$", self._window.ReportCapabilities(), re.MULTILINE
+        )
+        return named.group(1) if named else ""
+
+    def add_behind(self, actor: vtk.vtkProp) -> None:
+        """Draw an actor in the volume's layer, whose picture is kept."""
+        self._volume.AddViewProp(actor)
+
+    def add_overlay(self, actor: vtk.vtkProp) -> None:
+        """Draw an actor over the volume."""
+        self._overlays.AddViewProp(actor)
+
+    def draw(
+        self,
+        camera: Camera,
+        ground: tuple[float, float, float],
+        look: Hashable,
+        behind: Sequence[vtk.vtkProp],
+        *,
+        overlays: bool,
+        final: bool,
+    ) -> None:
+        """Draw a frame.
+
+        Parameters
+        ----------
+        camera : Camera
+        ground : (float, float, float)
+            Colour behind the volume: red, green, blue from 0 to 1.
+        look : Hashable
+            All that the volume's picture depends on besides the camera, the ground and the window's size.
+        behind : sequence of vtkProp
+            Those of the volume's layer that are to be seen.
+        overlays : bool
+            Whether to draw the overlays at all.
+        final : bool
+            Whether the volume is drawn as it will stay; only then its picture is worth keeping.
+        """
+        key = (camera, ground, look, tuple(self._window.GetSize()))
+        fresh = key != self._kept_key
+        if fresh:
+            self._kept_key = None
+            self.volume_draws += 1
+            self._aim(camera)
+            self._volume.SetBackground(*ground)
+        self._overlays.SetDraw(overlays and not (fresh and final))
+        self._show(behind, as_kept=not fresh)
+        if not (fresh and final):
+            self._window.Render()
+            return
+        # Swapped to the screen only when the overlays are there too: nothing flickers.
+        self._window.SwapBuffersOff()
+        self._window.Render()
+        self._window.SwapBuffersOn()
+        self._keep()
+        self._kept_key = key
+        self._overlays.SetDraw(overlays)
+        self._show(behind, as_kept=True)
+        self._window.Render()
+
+    def _aim(self, camera: Camera) -> None:
+        self._camera.SetFocalPoint(camera.focal_um)
+        self._camera.SetPosition(camera.eye_um)
+        self._camera.SetViewUp(camera.up)
+        self._camera.SetParallelProjection(camera.parallel)
+        self._camera.SetParallelScale(camera.height_um / 2)
+        self._camera.SetClippingRange(camera.clipping_um)
+
+    def _show(self, behind: Sequence[vtk.vtkProp], *, as_kept: bool) -> None:
+        self._volume.SetTexturedBackground(as_kept)
+        for actor in self._volume.GetViewProps():
+            actor.SetVisibility(not as_kept and actor in behind)
+
+    def _keep(self) -> None:
+        width, height = self._window.GetSize()
+        # An array of its own each time: the texture notices another array, not other values in the same.
+        pixels = vtk.vtkUnsignedCharArray()
+        self._window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
+        self._kept.SetDimensions(width, height, 1)
+        self._kept.GetPointData().SetScalars(pixels)
+        self._kept.Modified()

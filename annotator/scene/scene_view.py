@@ -1,0 +1,320 @@
+"""The scene's widget: gathers what the session says to be drawn, and tells it what was clicked."""
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Slot
+from PySide6.QtGui import QCloseEvent, QColor, QImage, QKeyEvent, QPainter, QPaintEvent, QShowEvent
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from annotations.geometry.frames import Vector, vector, voxel_to_um
+from annotator.scene.camera import Camera, Preset, aimed, fitted, preset, shifted, turned, zoomed
+from annotator.scene.colors import ground
+from annotator.scene.gestures import Gestures
+from annotator.scene.marks import SPHERE_PX, keypoint_marks
+from annotator.scene.picking import Picture
+from annotator.session import Session
+from annotator.settings import Renderer
+
+if TYPE_CHECKING:
+    from annotator.scene.stage import SceneLook, Stage
+
+REST_MS = 150
+"""This long after the last change of the volume's picture it is drawn at its best."""
+
+_PICK_PX = SPHERE_PX / 2 + 3
+_CLOSE_UP = 1 / 6  # of the volume's diagonal: what the picture's height shows around a keypoint
+_WIDTHS_A_PX = 0.005  # by what part of its width a drag of one pixel changes the window
+_NOWHERE = Camera((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0), 1.0, 1.0)
+
+
+class SceneView(QWidget):
+    """The open volume in three dimensions, with its keypoints.
+
+    Mayavi and VTK are imported by `start`, which comes by itself once the widget has been shown.
+    """
+
+    def __init__(
+        self, session: Session, parent: QWidget | None = None, *, renderer: Renderer = "auto"
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("scene_view")
+        self.setAccessibleName("3D scene")
+        self.setMinimumSize(120, 90)
+        self._layout = QVBoxLayout(self)
+        self._layout.setContentsMargins(0, 0, 0, 0)
+        self._session = session
+        self._renderer = renderer
+        self._stage: Stage | None = None
+        self._closed = False
+        self._camera: Camera | None = None
+        self._parallel = True
+        self._seen: object = None
+        self._volume_key: object = None
+        self._rest = QTimer(self)
+        self._rest.setSingleShot(True)
+        self._rest.setInterval(REST_MS)
+        self._rest.timeout.connect(self._on_rest_timeout)
+        session.volume_changed.connect(self._on_session_volume_changed)
+        session.levels_changed.connect(self._on_session_levels_changed)
+        session.document_changed.connect(self._on_session_document_changed)
+        session.view_changed.connect(self._on_session_view_changed)
+
+    # Beginning and end
+
+    def start(self) -> None:
+        """Build the Mayavi scene; does nothing where it is built already."""
+        if self._stage is not None or self._closed:
+            return
+        from annotator.scene.stage import Stage
+
+        self._stage = Stage(self, self._draw, self._renderer)
+        canvas = self._stage.canvas.widget
+        canvas.setObjectName("scene_canvas")
+        canvas.setAccessibleName("3D scene")
+        self._layout.addWidget(canvas)
+        self.setFocusProxy(canvas)
+        gestures = Gestures(canvas)
+        gestures.turn_requested.connect(self._on_gestures_turn_requested)
+        gestures.shift_requested.connect(self._on_gestures_shift_requested)
+        gestures.zoom_requested.connect(self._on_gestures_zoom_requested)
+        gestures.window_requested.connect(self._on_gestures_window_requested)
+        gestures.pick_requested.connect(self._on_gestures_pick_requested)
+        gestures.look_requested.connect(self._on_gestures_look_requested)
+        gestures.hovered.connect(self._on_gestures_hovered)
+        canvas.show()
+        self._redraw()
+
+    def shut_down(self) -> None:
+        """Let go of everything that Mayavi, VTK and OpenGL hold; call it before the window goes."""
+        self._closed = True
+        self._rest.stop()
+        if self._stage is not None:
+            self._stage.canvas.close()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        # The window is drawn first; importing Mayavi takes seconds.
+        QTimer.singleShot(0, self, self.start)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        self.shut_down()
+        super().closeEvent(event)
+
+    # The camera
+
+    @property
+    def camera(self) -> Camera | None:
+        """From where the volume is seen; None where none is open."""
+        return self._camera
+
+    def look_from(self, name: Preset) -> None:
+        """See the whole volume from one of the preset directions."""
+        if (camera := self._preset(name)) is not None:
+            self._set_camera(camera)
+
+    def zoom_to_fit(self) -> None:
+        """See the whole volume from where the camera looks now."""
+        if (box_um := self._box_um()) is not None and self._camera is not None:
+            self._set_camera(fitted(self._camera, *box_um, self._aspect))
+
+    def zoom_to_keypoint(self, name: str) -> None:
+        """See a keypoint in the middle and from near; does nothing where it has no position."""
+        position_um = self._session.shown_positions_um().get(name)
+        if position_um is not None and self._camera is not None:
+            near_um = min(self._camera.height_um, _CLOSE_UP * self._camera.scope_um)
+            self._set_camera(aimed(self._camera, position_um, near_um))
+
+    def set_parallel(self, parallel: bool) -> None:
+        """Use parallel projection, in which one scale holds everywhere, or perspective."""
+        self._parallel = parallel
+        if self._camera is not None:
+            self._set_camera(replace(self._camera, parallel=parallel))
+
+    # The picture
+
+    @property
+    def volume_draws(self) -> int:
+        """How often the volume itself was drawn, and not its kept picture."""
+        return self._stage.renderers.volume_draws if self._stage else 0
+
+    def picture(self) -> QImage:
+        """Return the scene as it is now, at its best; works without a screen too."""
+        self.start()
+        if self._stage is None:
+            return QImage()
+        self._layout.activate()
+        self._rest.stop()
+        look = self._look()
+        self._volume_key = self._stage.volume_key(look)
+        self._stage.draw(look, self.font(), final=True)
+        return self._stage.canvas.picture()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        # Seen only until the canvas covers it.
+        with QPainter(self) as painter:
+            painter.fillRect(event.rect(), QColor.fromRgbF(*ground(self.palette())))
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.FontChange):
+            self._redraw()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape and self._session.view.preview is not None:
+            self._session.drop_preview()
+        else:
+            super().keyPressEvent(event)
+
+    def _redraw(self) -> None:
+        if self._stage is not None:
+            # Any number of wishes is one frame, drawn when nothing else is to be done.
+            self._stage.canvas.widget.update()
+
+    def _draw(self) -> None:
+        """Draw a frame: coarsely while the volume's picture changes, and at its best once it rests."""
+        if self._stage is None:
+            return
+        look = self._look()
+        key = self._stage.volume_key(look)
+        if key != self._volume_key:
+            self._volume_key = key
+            self._rest.start()
+        self._stage.draw(look, self.font(), final=not self._rest.isActive())
+
+    def _look(self) -> "SceneLook":
+        from annotator.scene.stage import SceneLook
+
+        session = self._session
+        if self._camera is None:
+            self._camera = self._preset("home")
+        return SceneLook(
+            picture=self._picture(),
+            ground=ground(self.palette()),
+            box_um=self._box_um(),
+            level=session.level,
+            view=session.view,
+            tool=session.tool,
+            marks=keypoint_marks(session.document, session.tool, session.view),
+        )
+
+    def _picture(self) -> Picture:
+        canvas = self._stage.canvas.widget if self._stage else self
+        return Picture(self._camera or _NOWHERE, canvas.width(), canvas.height(), canvas.devicePixelRatioF())
+
+    @property
+    def _aspect(self) -> float:
+        picture = self._picture()
+        return picture.width_px / max(picture.height_px, 1)
+
+    def _box_um(self) -> tuple[Vector, Vector] | None:
+        """Return the outer faces of the volume's first and last voxels."""
+        volume, spacing_um = self._session.volume, self._session.spacing_um
+        if volume is None or spacing_um is None:
+            return None
+        last = [size - 0.5 for size in volume.shape]
+        return vector(voxel_to_um((-0.5, -0.5, -0.5), spacing_um)), vector(voxel_to_um(last, spacing_um))
+
+    def _preset(self, name: Preset) -> Camera | None:
+        box_um, volume = self._box_um(), self._session.volume
+        if box_um is None or volume is None:
+            return None
+        camera = preset(name, *box_um, volume.depth_axis, self._aspect)
+        return fitted(replace(camera, parallel=self._parallel), *box_um, self._aspect)
+
+    def _set_camera(self, camera: Camera) -> None:
+        self._camera = camera
+        self._redraw()
+
+    # What the session announces
+
+    @Slot()
+    def _on_session_volume_changed(self) -> None:
+        volume = self._session.volume
+        seen = (volume.shape, self._session.spacing_um) if volume is not None else None
+        # From one volume of a study to the next the camera stays.
+        if seen is not None and seen != self._seen:
+            self._camera = None
+            self._seen = seen
+        self._redraw()
+
+    @Slot()
+    def _on_session_levels_changed(self) -> None:
+        self._redraw()
+
+    @Slot(object, object)
+    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+        self._redraw()
+
+    @Slot(object, object)
+    def _on_session_view_changed(self, _before: object, _after: object) -> None:
+        self._show_cursor()
+        self._redraw()
+
+    @Slot()
+    def _on_rest_timeout(self) -> None:
+        self._redraw()
+
+    # What the mouse does
+
+    @Slot(QPointF)
+    def _on_gestures_turn_requested(self, moved: QPointF) -> None:
+        if self._camera is not None:
+            picture = self._picture()
+            self._set_camera(
+                turned(self._camera, moved.x() / picture.width_px, moved.y() / picture.height_px)
+            )
+
+    @Slot(QPointF)
+    def _on_gestures_shift_requested(self, moved: QPointF) -> None:
+        if self._camera is not None:
+            um_per_px = self._picture().um_per_px
+            self._set_camera(shifted(self._camera, moved.x() * um_per_px, moved.y() * um_per_px))
+
+    @Slot(float, QPointF)
+    def _on_gestures_zoom_requested(self, factor: float, at: QPointF) -> None:
+        if self._camera is not None:
+            self._set_camera(zoomed(self._camera, factor, *self._picture().from_middle_um(at.x(), at.y())))
+
+    @Slot(QPointF)
+    def _on_gestures_window_requested(self, moved: QPointF) -> None:
+        low, high = self._session.view.window
+        width = (high - low) * math.exp(_WIDTHS_A_PX * moved.x())
+        middle = (low + high) / 2 - _WIDTHS_A_PX * moved.y() * (high - low)
+        self._session.look(window=(middle - width / 2, middle + width / 2))
+
+    @Slot(QPointF)
+    def _on_gestures_pick_requested(self, at: QPointF) -> None:
+        if self._camera is None:
+            return
+        if self._session.view.mode == "place":
+            self._session.pick_ray(self._picture().ray(at.x(), at.y()))
+        elif (name := self._keypoint_at(at)) is not None:
+            self._session.activate(name, jump=True)
+
+    @Slot(QPointF)
+    def _on_gestures_look_requested(self, at: QPointF) -> None:
+        navigating = self._camera is not None and self._session.view.mode == "navigate"
+        if navigating and self._keypoint_at(at) is None:
+            self._session.look_along_ray(self._picture().ray(at.x(), at.y()))
+
+    @Slot(QPointF)
+    def _on_gestures_hovered(self, at: QPointF) -> None:
+        self._show_cursor(over_keypoint=self._keypoint_at(at) is not None)
+
+    def _keypoint_at(self, at: QPointF) -> str | None:
+        """Return the keypoint whose sphere is drawn at a place."""
+        if self._session.view.overlays_hidden:
+            return None
+        return self._picture().nearest(self._session.shown_positions_um(), at.x(), at.y(), _PICK_PX)
+
+    def _show_cursor(self, *, over_keypoint: bool = False) -> None:
+        if self._stage is None:
+            return
+        if self._session.view.mode == "place":
+            shape = Qt.CursorShape.CrossCursor
+        else:
+            shape = Qt.CursorShape.PointingHandCursor if over_keypoint else Qt.CursorShape.ArrowCursor
+        if self._stage.canvas.widget.cursor().shape() != shape:
+            self._stage.canvas.widget.setCursor(shape)

@@ -1,0 +1,76 @@
+"""Straight lines in space: what links, outlines, the crosshair and rays are drawn with."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import vtk
+from numpy.typing import ArrayLike
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+
+from annotations.geometry.frames import Vector, vector
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A straight line between two positions in µm, with its colour (red, green, blue, alpha; 0 to 255)."""
+
+    first_um: Vector
+    second_um: Vector
+    color: tuple[int, int, int, int]
+
+
+class Segments:
+    """An actor that draws segments of one width.
+
+    Attributes
+    ----------
+    actor : vtkActor
+    """
+
+    def __init__(self, width_px: float) -> None:
+        self._width_px = width_px
+        self._shown: tuple[tuple[Segment, ...], float] | None = None
+        self._lines = vtk.vtkPolyData()
+        mapper = vtk.vtkPolyDataMapper()
+        mapper.SetInputData(self._lines)
+        self.actor = vtk.vtkActor()
+        self.actor.SetMapper(mapper)
+        self.actor.GetProperty().LightingOff()
+        self.actor.PickableOff()
+
+    def show(self, segments: Iterable[Segment], ratio: float) -> None:
+        """Draw these segments and no others; ``ratio``: the screen's pixels for one of Qt's."""
+        wanted = (tuple(segments), ratio)
+        if wanted == self._shown:
+            return
+        self._shown = wanted
+        self.actor.SetVisibility(bool(wanted[0]))
+        if not wanted[0]:
+            return
+        self.actor.GetProperty().SetLineWidth(self._width_px * ratio)
+        ends = np.array([(segment.first_um, segment.second_um) for segment in wanted[0]], dtype=np.float64)
+        points = vtk.vtkPoints()
+        points.SetData(numpy_to_vtk(ends.reshape(-1, 3), deep=True))
+        cells = vtk.vtkCellArray()
+        offsets = np.arange(0, 2 * len(ends) + 1, 2, dtype=np.int64)
+        ids = np.arange(2 * len(ends), dtype=np.int64)
+        cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(ids, deep=True))
+        self._lines.SetPoints(points)
+        self._lines.SetLines(cells)
+        colors = np.array([segment.color for segment in wanted[0]], dtype=np.uint8)
+        self._lines.GetCellData().SetScalars(numpy_to_vtk(colors, deep=True))
+        self._lines.Modified()
+
+
+def box_edges(low_um: ArrayLike, high_um: ArrayLike, color: tuple[int, int, int, int]) -> Sequence[Segment]:
+    """Return the twelve edges of a box."""
+    corners = (
+        np.array(np.meshgrid(*zip(np.asarray(low_um), np.asarray(high_um), strict=True))).reshape(3, 8).T
+    )
+    return [
+        Segment(vector(first), vector(second), color)
+        for first, second in combinations(corners, 2)
+        if np.count_nonzero(first != second) == 1
+    ]

@@ -1,0 +1,143 @@
+"""The Mayavi scene with its layers: draws a look, the volume behind and the overlays before it.
+
+Importing this module imports Mayavi and VTK, which takes seconds.
+"""
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+
+import vtk
+from PySide6.QtGui import QFont
+from PySide6.QtWidgets import QWidget
+
+from annotations.geometry.frames import Vector
+from annotations.geometry.tool import ToolSpecification
+from annotations.volumes import Level
+from annotator.scene.axes_layer import AxesLayer
+from annotator.scene.canvas import Canvas
+from annotator.scene.keypoints_layer import KeypointsLayer
+from annotator.scene.links_layer import LinksLayer
+from annotator.scene.marks import Mark
+from annotator.scene.picking import Picture
+from annotator.scene.planes_layer import PlanesLayer, PlanesLook, SlicesLayer, SlicesLook
+from annotator.scene.renderers import Renderers, is_software
+from annotator.scene.scale_bar_layer import ScaleBarLayer
+from annotator.scene.volume_layer import MOVING_RAY_PX, VolumeLayer, VolumeLook
+from annotator.settings import Renderer
+from annotator.view import View
+
+
+@dataclass(frozen=True)
+class SceneLook:
+    """Everything that a frame depends on.
+
+    Attributes
+    ----------
+    ground : (float, float, float)
+        Red, green, blue from 0 to 1.
+    box_um : ((float, float, float), (float, float, float)) or None
+        Outer corners of the volume; None where none is open.
+    """
+
+    picture: Picture
+    ground: tuple[float, float, float]
+    box_um: tuple[Vector, Vector] | None
+    level: Level | None
+    view: View
+    tool: ToolSpecification | None
+    marks: tuple[Mark, ...]
+
+
+class Stage:
+    """Mayavi's scene and what stands in it.
+
+    Attributes
+    ----------
+    canvas : Canvas
+    renderers : Renderers
+    """
+
+    def __init__(self, parent: QWidget, draw: Callable[[], None], choice: Renderer) -> None:
+        self.canvas = Canvas(parent, draw)
+        self.renderers = Renderers(self.canvas.window, self.canvas.renderer)
+        if choice == "auto":
+            self._software = is_software(self.renderers.renderer_name())
+        else:
+            self._software = choice == "software"
+        self._volume = VolumeLayer(software=self._software)
+        self._slices = SlicesLayer()
+        for behind in (self._volume.actor, *self._slices.actors):
+            self.renderers.add_behind(behind)
+        self._planes = PlanesLayer()
+        self._links = LinksLayer()
+        self._axes = AxesLayer()
+        self._scale_bar = ScaleBarLayer()
+        for layer in (self._planes, self._links, self._axes, self._scale_bar):
+            for actor in layer.actors:
+                self.renderers.add_overlay(actor)
+        self._keypoints = KeypointsLayer(self.canvas.renderer)
+
+    def volume_key(self, look: SceneLook) -> Hashable:
+        """Return what the volume's picture at its best depends on."""
+        return (look.picture, look.ground, _behind(look, ray_px=1.0))
+
+    def draw(self, look: SceneLook, font: QFont, *, final: bool) -> None:
+        """Draw a frame; unless it is final, with as few rays as moving things need."""
+        self.canvas.fit(look.picture.width_px, look.picture.height_px, look.picture.ratio)
+        coarse = self._software and not final
+        behind = _behind(look, ray_px=MOVING_RAY_PX if coarse else 1.0)
+        actors: tuple[vtk.vtkProp, ...] = ()
+        if isinstance(behind, VolumeLook):
+            self._volume.show(behind)
+            actors = (self._volume.actor,)
+        elif isinstance(behind, SlicesLook):
+            self._slices.show(behind)
+            actors = self._slices.actors
+        hidden = look.view.overlays_hidden
+        if not hidden:
+            self._show_overlays(look, font)
+        self.renderers.draw(
+            look.picture.camera, look.ground, behind, actors, overlays=not hidden, final=final
+        )
+
+    def _show_overlays(self, look: SceneLook, font: QFont) -> None:
+        view, picture, ratio = look.view, look.picture, look.picture.ratio
+        shown, box_um = view.layers, look.box_um
+        if box_um is not None:
+            self._planes.show(
+                PlanesLook(
+                    crosshair_um=view.crosshair_um,
+                    box_um=box_um,
+                    outlined="planes" in shown,
+                    crossed="crosshair" in shown,
+                    ratio=ratio,
+                )
+            )
+        positions_um = {mark.name: mark.position_um for mark in look.marks}
+        self._links.show_links(look.tool if "links" in shown else None, positions_um, ratio)
+        self._links.show_ray(view.preview.ray if view.preview else None, box_um, ratio)
+        axes = "axes" in shown and box_um is not None
+        self._axes.show_outlines(box_um if axes else None, view.cropping_um, ratio)
+        self._axes.show_triad(picture, font, visible=axes)
+        self._scale_bar.show(picture, font, visible="scale_bar" in shown and box_um is not None)
+        self._keypoints.show(look.marks, picture, font, names="names" in shown)
+
+
+def _behind(look: SceneLook, ray_px: float) -> VolumeLook | SlicesLook | None:
+    """Return what is drawn behind the overlays: the volume, or in its place the slices, or nothing."""
+    view = look.view
+    if look.level is None:
+        return None
+    if "volume" in view.layers:
+        return VolumeLook(
+            level=look.level,
+            window=view.window,
+            opacity_threshold=view.opacity_threshold,
+            rendering=view.rendering,
+            colormap=view.colormap,
+            cropping_um=view.cropping_um,
+            ray_px=ray_px,
+        )
+    if "planes" in view.layers:
+        return SlicesLook(look.level, view.crosshair_um, view.window, view.colormap)
+    return None

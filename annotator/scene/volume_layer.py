@@ -1,0 +1,164 @@
+"""The volume as light passes through it, or its brightest sample along each ray."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import vtk
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtk
+
+from annotations.geometry.frames import Vector
+from annotations.volumes import Level
+from annotator.colormaps import COLORMAPS
+from annotator.view import Rendering
+
+MOVING_RAY_PX = 3.0
+"""Distance of rays on the screen while something moves, without a GPU; at rest there is one a pixel."""
+
+_COLORS = 32  # of a colour map of 256: straight lines between them cannot be told from it
+_OPAQUE = 0.6  # opacity of the brightest intensity, for each voxel that a ray passes
+_FAINT = 0.02  # opacity just above the threshold
+
+
+@dataclass(frozen=True)
+class VolumeLook:
+    """All that the volume's picture depends on, besides the camera.
+
+    Attributes
+    ----------
+    level : Level
+        Levels are equal only to themselves.
+    ray_px : float
+        Distance of the rays on the screen.
+    """
+
+    level: Level
+    window: tuple[float, float]
+    opacity_threshold: float
+    rendering: Rendering
+    colormap: str
+    cropping_um: tuple[Vector, Vector] | None
+    ray_px: float
+
+
+class VolumeLayer:
+    """The volume's actor.
+
+    Attributes
+    ----------
+    actor : vtkVolume
+    """
+
+    def __init__(self, *, software: bool) -> None:
+        if software:
+            self._mapper = vtk.vtkFixedPointVolumeRayCastMapper()
+        else:
+            self._mapper = vtk.vtkGPUVolumeRayCastMapper()
+            self._mapper.UseJitteringOn()
+        self._mapper.AutoAdjustSampleDistancesOff()
+        self._mapper.SetCroppingRegionFlagsToSubVolume()
+        self._colors = vtk.vtkColorTransferFunction()
+        self._opacity = vtk.vtkPiecewiseFunction()
+        appearance = vtk.vtkVolumeProperty()
+        appearance.SetColor(self._colors)
+        appearance.SetScalarOpacity(self._opacity)
+        appearance.SetInterpolationTypeToLinear()
+        self._appearance = appearance
+        self.actor = vtk.vtkVolume()
+        self.actor.SetMapper(self._mapper)
+        self.actor.SetProperty(appearance)
+        self._look: VolumeLook | None = None
+        self._stored = StoredIntensity(0.0, 1.0)
+
+    def show(self, look: VolumeLook) -> None:
+        """Make the actor look so; does nothing where it does already."""
+        before, self._look = self._look, look
+        if look == before:
+            return
+        if before is None or look.level is not before.level:
+            self._load(look.level)
+        self._mapper.SetImageSampleDistance(look.ray_px)
+        self._mapper.SetCropping(look.cropping_um is not None)
+        if look.cropping_um is not None:
+            low, high = look.cropping_um
+            self._mapper.SetCroppingRegionPlanes(low[0], high[0], low[1], high[1], low[2], high[2])
+        self._color(look)
+
+    def _load(self, level: Level) -> None:
+        values, self._stored = stored_intensities(level.data)
+        image = vtk.vtkImageData()
+        image.SetDimensions(level.data.shape)
+        image.SetSpacing(level.spacing_um)
+        image.SetOrigin(level.origin_um)
+        # VTK's x runs fastest; the level's last axis does. The array is copied once, and VTK uses the copy.
+        image.GetPointData().SetScalars(numpy_to_vtk(values.ravel(order="F")))
+        self._mapper.SetInputData(image)
+        # World units: VTK's default of 1 would be 1 µm.
+        step_um = float(np.mean(level.spacing_um))
+        self._mapper.SetSampleDistance(step_um)
+        self._appearance.SetScalarOpacityUnitDistance(step_um)
+
+    def _color(self, look: VolumeLook) -> None:
+        low, high = (self._stored.of(intensity) for intensity in look.window)
+        high = max(high, low + 1e-6)
+        threshold = self._stored.of(look.opacity_threshold)
+        table = COLORMAPS[look.colormap][np.linspace(0, 255, _COLORS).astype(int), :3] / 255
+        self._colors.RemoveAllPoints()
+        for intensity, color in zip(np.linspace(low, high, _COLORS), table, strict=True):
+            self._colors.AddRGBPoint(intensity, *color)
+        self._opacity.RemoveAllPoints()
+        # The last point below the threshold and the first one at it: a step, not a slope.
+        self._opacity.AddPoint(threshold - 1e-3, 0.0)
+        if look.rendering == "mip":
+            self._mapper.SetBlendModeToMaximumIntensity()
+            self._opacity.AddPoint(threshold, 1.0 if threshold > low else 0.0)
+            self._opacity.AddPoint(max(threshold, low + (high - low) / 4) + 1e-3, 1.0)
+        else:
+            self._mapper.SetBlendModeToComposite()
+            brightest = max(high, threshold + 1e-3)
+            self._opacity.AddPoint(threshold, _FAINT)
+            self._opacity.AddPoint(brightest, _OPAQUE)
+
+
+@dataclass(frozen=True)
+class StoredIntensity:
+    """How intensities are kept for drawing: shifted, then scaled.
+
+    Attributes
+    ----------
+    lowest : float
+        Intensity that is kept as 0.
+    per_unit : float
+        What one unit of intensity becomes.
+    """
+
+    lowest: float
+    per_unit: float
+
+    def of(self, intensity: float) -> float:
+        """Return what is kept of an intensity."""
+        return float(np.clip((intensity - self.lowest) * self.per_unit, -1e9, 1e9))
+
+
+def stored_intensities(data: NDArray) -> tuple[NDArray, StoredIntensity]:
+    """Return values that both of VTK's mappers take, and how they come about.
+
+    Unsigned integers of 8 and 16 bits stay as they are. All else is scaled to 16 bits: the mappers' tables
+    are no finer, and an intensity that is not finite would make them read beyond their ends. NaN is kept as
+    the lowest intensity.
+    """
+    if data.dtype in (np.uint8, np.uint16):
+        return data, StoredIntensity(0.0, 1.0)
+    finite = data[np.isfinite(data)]
+    if finite.size == 0:
+        return np.zeros(data.shape, np.uint16), StoredIntensity(0.0, 1.0)
+    lowest, highest = float(finite.min()), float(finite.max())
+    # Halved, because the difference of two numbers of this type may be too large for it.
+    half_range = highest / 2 - lowest / 2
+    per_unit = 32767.5 / half_range if half_range > 0 else 1.0
+    stored = np.empty(data.shape, np.uint16)
+    # Plane by plane: the whole volume in double precision would take eight times its own memory.
+    for plane, kept in zip(data, stored, strict=True):
+        limited = np.nan_to_num(plane.astype(np.float64), nan=lowest, posinf=highest, neginf=lowest)
+        kept[:] = np.rint((limited - lowest) * per_unit)
+    return stored, StoredIntensity(lowest, per_unit)
