@@ -1,7 +1,9 @@
 """Angles between directions, in degrees; directions must be in a metric frame (µm), never in voxels."""
 
+import math
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 
 def angle_deg(first: ArrayLike, second: ArrayLike) -> float:
@@ -11,12 +13,10 @@ def angle_deg(first: ArrayLike, second: ArrayLike) -> float:
     changes with the angle, so that arccos of it would lose half of the digits; the arc tangent keeps them.
     The lengths of the vectors do not matter; the angle to a vector of length zero is NaN.
     """
-    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    if not a.any() or not b.any():
-        return float("nan")
-    # Scaled so that neither tiny nor huge vectors under- or overflow in the products.
-    a, b = a / np.abs(a).max(), b / np.abs(b).max()
-    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), np.dot(a, b))))
+    a, b = scaled(first), scaled(second)
+    if a is None or b is None:
+        return math.nan
+    return math.degrees(math.atan2(math.hypot(*np.cross(a, b)), float(np.dot(a, b))))
 
 
 def signed_angle_deg(first: ArrayLike, second: ArrayLike, hinge_axis: ArrayLike) -> float:
@@ -25,10 +25,18 @@ def signed_angle_deg(first: ArrayLike, second: ArrayLike, hinge_axis: ArrayLike)
     atan2((a × b) · h, a · b) with the hinge axis h as a unit vector; all of shape (3,). For vectors that are
     perpendicular to h this is the rotation about it; NaN where a length is zero.
     """
-    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    hinge = np.asarray(hinge_axis, dtype=np.float64)
-    if not a.any() or not b.any() or not hinge.any():
-        return float("nan")
-    a, b = a / np.abs(a).max(), b / np.abs(b).max()
-    hinge = hinge / np.linalg.norm(hinge)
-    return float(np.degrees(np.arctan2(np.dot(np.cross(a, b), hinge), np.dot(a, b))))
+    a, b, hinge = scaled(first), scaled(second), scaled(hinge_axis)
+    if a is None or b is None or hinge is None:
+        return math.nan
+    sine = float(np.dot(np.cross(a, b), hinge)) / math.hypot(*hinge)
+    # Adding zero takes away the sign of a negative zero, which would make −180° of 180°.
+    return math.degrees(math.atan2(sine + 0.0, float(np.dot(a, b))))
+
+
+def scaled(values: ArrayLike) -> NDArray[np.float64] | None:
+    """Return a vector of the same direction whose largest component is ±1; None if its length is zero.
+
+    Products of its components neither under- nor overflow, however short or long it was.
+    """
+    raw = np.asarray(values, dtype=np.float64)
+    return raw / np.abs(raw).max() if raw.any() else None

@@ -1,5 +1,7 @@
 """Rotations as right-handed unit quaternions (w, x, y, z) with w ≥ 0."""
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -15,11 +17,11 @@ def quaternion(values: ArrayLike) -> Quaternion:
     raw = np.asarray(values, dtype=np.float64)
     if raw.shape != (4,) or not np.isfinite(raw).all() or not raw.any():
         raise ValueError(f"a rotation needs four finite numbers (w, x, y, z), not all zero; found {values!r}")
-    norm = np.linalg.norm(raw)
     # One that is of unit length but for rounding stays as it is, or it would change each time it is read.
-    if abs(norm - 1) > _ROUNDING:
+    if abs(math.hypot(*raw) - 1) > _ROUNDING:
+        # Scaled first, because a sum of squares would under- or overflow.
         raw = raw / np.abs(raw).max()
-        raw = raw / np.linalg.norm(raw)
+        raw = raw / math.hypot(*raw)
     w, x, y, z = raw * (-1.0 if raw[0] < 0 else 1.0)
     return (float(w), float(x), float(y), float(z))
 
@@ -67,4 +69,4 @@ def about_axis(axis: ArrayLike, turn_deg: float) -> Quaternion:
     if not direction.any():
         raise ValueError("a rotation needs an axis that is not zero")
     half = np.radians(turn_deg) / 2
-    return quaternion([np.cos(half), *(np.sin(half) * direction / np.linalg.norm(direction))])
+    return quaternion([np.cos(half), *(np.sin(half) * direction / math.hypot(*direction))])

@@ -1,12 +1,13 @@
 """Pose targets: what a network learns, computed from keypoints in micrometres."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from annotations.geometry.angles import angle_deg, signed_angle_deg
+from annotations.geometry.angles import angle_deg, scaled, signed_angle_deg
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.tool import ToolSpecification
 
@@ -67,8 +68,9 @@ def pose_targets(
         if first is None or second is None or not first.any() or not second.any():
             continue
         unsigned[angle.name] = angle_deg(first, second)
-        if angle.name in hinges:
-            signed[angle.name] = signed_angle_deg(first, second, hinges[angle.name])
+        hinge = hinges.get(angle.name)
+        if hinge is not None and any(hinge):
+            signed[angle.name] = signed_angle_deg(first, second, hinge)
     return PoseTargets(_position(points, tool), _orientation(points, tool), unsigned, signed)
 
 
@@ -83,8 +85,5 @@ def _orientation(points: Mapping[str, NDArray[np.float64]], tool: ToolSpecificat
     ends = tool.targets.orientation
     if ends is None or any(name not in points for name in ends):
         return None
-    direction = points[ends[1]] - points[ends[0]]
-    if not direction.any():
-        return None
-    direction = direction / np.abs(direction).max()
-    return vector(direction / np.linalg.norm(direction))
+    direction = scaled(points[ends[1]] - points[ends[0]])
+    return None if direction is None else vector(direction / math.hypot(*direction))

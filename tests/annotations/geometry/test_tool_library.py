@@ -1,0 +1,94 @@
+from pathlib import Path
+
+import pytest
+
+from annotations.geometry.tool import ToolError, ToolSpecification
+from annotations.geometry.tool_library import find_tool, find_tools, load_tool, shipped_tools
+
+
+def test_two_tools_ship() -> None:
+    assert set(shipped_tools()) == {"magnetic-forceps", "needle"}
+
+
+def test_a_users_tool_stands_beside_the_shipped_ones(
+    tmp_path: Path, nine_keypoints_toml: str, nine_keypoints: ToolSpecification
+) -> None:
+    (tmp_path / "mine.toml").write_text(nine_keypoints_toml, encoding="utf-8")
+    (tmp_path / "readme.txt").write_text("not a tool", encoding="utf-8")
+    tools = find_tools([tmp_path / "absent", tmp_path])
+    assert set(tools) == {"magnetic-forceps", "needle", "long-needle"}
+    assert find_tool("long-needle", [tmp_path]) == nine_keypoints
+
+
+def test_a_copy_of_a_tool_is_the_same_tool(tmp_path: Path, nine_keypoints_toml: str) -> None:
+    for folder in ("study", "user"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / f"{folder}.toml").write_text(
+            f"# In the {folder}'s folder\n{nine_keypoints_toml}", encoding="utf-8"
+        )
+    assert "long-needle" in find_tools([tmp_path / "study", tmp_path / "user"])
+
+
+def test_two_different_tools_with_one_name_are_an_error_that_names_both(
+    tmp_path: Path, nine_keypoints_toml: str
+) -> None:
+    (tmp_path / "one.toml").write_text(nine_keypoints_toml, encoding="utf-8")
+    (tmp_path / "two.toml").write_text(nine_keypoints_toml.replace("9000", "9001"), encoding="utf-8")
+    with pytest.raises(ToolError) as refused:
+        find_tools([tmp_path])
+    assert "long-needle" in str(refused.value)
+    assert str(tmp_path / "one.toml") in str(refused.value)
+    assert str(tmp_path / "two.toml") in str(refused.value)
+
+
+def test_a_shipped_name_cannot_be_taken(tmp_path: Path, nine_keypoints_toml: str) -> None:
+    (tmp_path / "mine.toml").write_text(
+        nine_keypoints_toml.replace('"long-needle"', '"needle"'), encoding="utf-8"
+    )
+    with pytest.raises(ToolError, match="the program's own tools"):
+        find_tool("needle", [tmp_path])
+
+
+def test_a_wrong_file_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "wrong.toml"
+    path.write_text('schema = "oct-tool/1"\nname = 3\n', encoding="utf-8")
+    with pytest.raises(ToolError) as refused:
+        find_tools([tmp_path])
+    assert refused.value.where == path
+
+
+def test_an_unknown_tool_is_an_error_that_names_the_known_ones() -> None:
+    with pytest.raises(ToolError, match="'scissors'; known are magnetic-forceps, needle"):
+        find_tool("scissors")
+
+
+def test_an_absent_file_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(ToolError, match="could not be read"):
+        load_tool(tmp_path / "absent.toml")
+
+
+def test_a_folder_in_place_of_a_file_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(ToolError, match="could not be read"):
+        find_tools([tmp_path])
+
+
+def test_text_that_is_not_utf8_is_an_error(tmp_path: Path, nine_keypoints_toml: str) -> None:
+    path = tmp_path / "latin.toml"
+    path.write_bytes(nine_keypoints_toml.replace("nine marks", "Länge").encode("latin-1"))
+    with pytest.raises(ToolError, match="could not be read"):
+        load_tool(path)
+
+
+def test_a_forbidden_file_is_an_error(
+    tmp_path: Path, nine_keypoints_toml: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(nine_keypoints_toml, encoding="utf-8")
+
+    def forbid(*_: object, **__: object) -> str:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_text", forbid)
+    with pytest.raises(ToolError, match="Permission denied"):
+        load_tool(path)
