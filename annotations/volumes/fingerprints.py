@@ -2,10 +2,11 @@
 
 import hashlib
 import math
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from annotations.volumes.volume import Array, Region, Shape, Volume
+from annotations.volumes.volume import Array, Volume
 
 _BLOCKS = 64
 _BLOCK_BYTES = 64 << 10
@@ -53,28 +54,32 @@ def fingerprint(volume: Volume) -> str:
 def _run(volume: Volume, start: int, stop: int) -> Array:
     """Return the voxels from one place to another in the file's own order, shape (stop - start,)."""
     if volume.fortran_order:
-        shape: Shape = (volume.shape[2], volume.shape[1], volume.shape[0])
+        boxes = _boxes(volume.shape[::-1], start, stop)
+        parts = [volume.read((third, second, first)).transpose() for first, second, third in boxes]
     else:
-        shape = volume.shape
-    plane = shape[1] * shape[2]
+        parts = [
+            volume.read((first, second, third)) for first, second, third in _boxes(volume.shape, start, stop)
+        ]
+    return np.concatenate([part.ravel() for part in parts])
+
+
+def _boxes(shape: Sequence[int], start: int, stop: int) -> Iterator[tuple[slice, ...]]:
+    """Cut a run of voxels in C order into boxes: part of a plane (in turn), whole planes, part of a plane."""
+    if len(shape) == 1:
+        yield (slice(start, stop),)
+        return
+    plane = math.prod(shape[1:])
     first, last = start // plane, (stop - 1) // plane
-    parts = []
-    skipped = 0
-    if last - first > 1:
-        # Planes smaller than the run: whole ones are read at once, and no more than two too many.
-        parts.append(_read(volume, (slice(first, last + 1), slice(None), slice(None))))
-        skipped = start - first * plane
-    else:
-        for index in range(first, last + 1):
-            low = max(start - index * plane, 0) // shape[2]
-            high = (min(stop - index * plane, plane) - 1) // shape[2] + 1
-            if index == first:
-                skipped = start - index * plane - low * shape[2]
-            parts.append(_read(volume, (slice(index, index + 1), slice(low, high), slice(None))))
-    return np.concatenate(parts)[skipped : skipped + stop - start]
-
-
-def _read(volume: Volume, region: Region) -> Array:
-    if volume.fortran_order:
-        return volume.read((region[2], region[1], region[0])).transpose().ravel()
-    return volume.read(region).ravel()
+    if first == last:
+        for inner in _boxes(shape[1:], start - first * plane, stop - first * plane):
+            yield (slice(first, first + 1), *inner)
+        return
+    whole_from, whole_to = -(-start // plane), stop // plane
+    if start < whole_from * plane:
+        for inner in _boxes(shape[1:], start - first * plane, plane):
+            yield (slice(first, first + 1), *inner)
+    if whole_from < whole_to:
+        yield (slice(whole_from, whole_to), *(slice(length) for length in shape[1:]))
+    if whole_to * plane < stop:
+        for inner in _boxes(shape[1:], 0, stop - whole_to * plane):
+            yield (slice(last, last + 1), *inner)

@@ -1,0 +1,158 @@
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from annotations.volumes import (
+    Cancelled,
+    Level,
+    Volume,
+    averaged_level,
+    averaging,
+    open_volume,
+    preview_factors,
+)
+
+SPACING_UM = (15.9, 13.5, 9.4)
+
+
+def averaged(volume: Volume, budget: int, spacing_um: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Level:
+    return averaged_level(
+        volume, spacing_um, budget_voxels=budget, progress=lambda _: None, cancelled=lambda: False
+    )
+
+
+def slow_means(array: np.ndarray, factors: tuple[int, int, int]) -> np.ndarray:
+    """Average block by block, the obvious way."""
+    shape = [math.ceil(length / factor) for length, factor in zip(array.shape, factors, strict=True)]
+    means = np.empty(shape)
+    for index in np.ndindex(*shape):
+        block = array[
+            tuple(
+                slice(place * factor, (place + 1) * factor)
+                for place, factor in zip(index, factors, strict=True)
+            )
+        ].astype(np.float64)
+        means[index] = np.nan if np.isnan(block).all() else np.nanmean(block)
+    return means
+
+
+@given(
+    shape=st.tuples(*[st.integers(1, 14)] * 3),
+    budget=st.integers(1, 500),
+    dtype=st.sampled_from(["u1", "i1", "<u2", ">i2", "<u4", ">i8", "<f2", "<f4", ">f8", "?"]),
+    seed=st.integers(0, 2**32 - 1),
+    fortran_order=st.booleans(),
+    tile_bytes=st.sampled_from([1, 200, 1 << 20]),
+)
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_every_format_and_type_is_averaged_by_blocks(
+    write, tmp_path_factory, monkeypatch, shape, budget, dtype, seed, fortran_order, tile_bytes
+) -> None:
+    if write.__name__ == "write_tiff_pages":
+        shape = (shape[0] + 1, *shape[1:])
+    array = np.random.default_rng(seed).integers(0, 2 if dtype == "?" else 100, shape).astype(dtype)
+    if fortran_order:
+        array = np.asfortranarray(array)
+    monkeypatch.setattr(averaging, "_TILE_BYTES", tile_bytes)
+    with open_volume(write(tmp_path_factory.mktemp("volume"), array)) as volume:
+        level = averaged(volume, budget)
+    expected = slow_means(array, level.factors)
+    assert level.kind == "averaged"
+    assert level.data.flags.c_contiguous
+    if level.data.dtype.kind in "iu":
+        expected = np.rint(expected)
+    np.testing.assert_allclose(level.data, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("budget", [30, 400, 10_000_000])
+def test_a_linear_ramp_is_itself_at_the_level_s_positions(tmp_path: Path, budget: int) -> None:
+    shape = (24, 36, 48)
+    x, y, z = (np.arange(length) * step for length, step in zip(shape, SPACING_UM, strict=True))
+    np.save(tmp_path / "v.npy", 2 * x[:, None, None] + 3 * y[None, :, None] - z[None, None, :])
+    level = averaged(open_volume(tmp_path / "v.npy"), budget, SPACING_UM)
+    assert level.spacing_um == pytest.approx(np.multiply(SPACING_UM, level.factors))
+    # The last block along an axis may be a partial one, whose centre lies elsewhere.
+    whole = tuple(slice(length // factor) for length, factor in zip(shape, level.factors, strict=True))
+    x, y, z = (
+        origin + np.arange(length) * step
+        for origin, length, step in zip(level.origin_um, level.data.shape, level.spacing_um, strict=True)
+    )
+    expected = 2 * x[:, None, None] + 3 * y[None, :, None] - z[None, None, :]
+    assert level.data[whole].size > 0
+    np.testing.assert_allclose(level.data[whole], expected[whole], atol=1e-3)
+
+
+@pytest.mark.filterwarnings("error")
+def test_nan_does_not_count_and_infinities_do(tmp_path: Path) -> None:
+    array = np.ones((4, 4, 4), np.float32)
+    array[0, 0, 0] = np.nan
+    array[2:, :2, :2] = np.nan
+    array[0, 2, 2] = np.inf
+    array[2, 2, 2], array[3, 3, 3] = np.inf, -np.inf
+    np.save(tmp_path / "v.npy", array)
+    level = averaged(open_volume(tmp_path / "v.npy"), 8)
+    assert level.factors == (2, 2, 2)
+    np.testing.assert_array_equal(level.data, [[[1, 1], [1, np.inf]], [[np.nan, 1], [1, np.nan]]])
+
+
+@pytest.mark.parametrize("value", [0, 7, 255])
+def test_a_constant_volume_stays_constant_up_to_its_borders(tmp_path: Path, value: int) -> None:
+    np.save(tmp_path / "v.npy", np.full((17, 19, 23), value, np.uint8))
+    level = averaged(open_volume(tmp_path / "v.npy"), 50)
+    assert (level.data == value).all()
+
+
+@pytest.mark.parametrize("dtype", ["u2", "i2"])
+def test_the_sum_of_a_large_block_does_not_overflow(tmp_path: Path, dtype: str) -> None:
+    peak = np.iinfo(dtype).min or np.iinfo(dtype).max
+    np.save(tmp_path / "v.npy", np.full((60, 50, 40), peak, dtype))
+    level = averaged(open_volume(tmp_path / "v.npy"), 1)
+    assert level.data.tolist() == [[[peak]]]
+
+
+def test_progress_runs_from_nothing_to_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(averaging, "_TILE_BYTES", 1000)
+    np.save(tmp_path / "v.npy", np.zeros((20, 20, 20), np.uint8))
+    said: list[float] = []
+    averaged_level(
+        open_volume(tmp_path / "v.npy"),
+        SPACING_UM,
+        budget_voxels=100,
+        progress=said.append,
+        cancelled=lambda: False,
+    )
+    assert said == sorted(said)
+    assert (said[0], said[-1]) == (0.0, 1.0)
+    assert len(said) > 5
+
+
+def test_cancelling_stops_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(averaging, "_TILE_BYTES", 1000)
+    np.save(tmp_path / "v.npy", np.zeros((20, 20, 20), np.uint8))
+    said: list[float] = []
+    with pytest.raises(Cancelled):
+        averaged_level(
+            open_volume(tmp_path / "v.npy"),
+            SPACING_UM,
+            budget_voxels=100,
+            progress=said.append,
+            cancelled=lambda: len(said) > 3,
+        )
+    assert len(said) == 4
+    assert said[-1] < 1.0
+
+
+def test_a_file_in_chunks_is_read_in_tiles_of_about_their_size(writers, tmp_path: Path) -> None:
+    array = np.zeros((12, 12, 12), np.uint8)
+    volume = open_volume(writers["hdf5 compressed"](tmp_path, array))
+    assert volume.chunks == (3, 3, 3)
+    assert preview_factors(array.shape, (1, 1, 1), 300) == (2, 2, 2)
+    tiles = list(averaging._tiles(volume, (2, 2, 2)))
+    covered = np.zeros(array.shape, int)
+    for tile in tiles:
+        covered[tile] += 1
+    assert (covered == 1).all()
