@@ -88,7 +88,8 @@ def open_zarr(path: Path, dataset: str | None) -> StoredArray:
         root = zarr.open(str(path), mode="r")
         arrays = dict(_arrays(root, "")) if dataset is None else {dataset: _named(path, root, dataset)}
         images = {name: _image(root, name, array) for name, array in arrays.items()}
-    except (ValueError, TypeError, KeyError, RuntimeError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError, RuntimeError) as error:
+        # Metadata of another structure than the library expects come out as any of these.
         raise unreadable(path, error) from error
     name = _choose(path, arrays, images)
     array, image = arrays[name], images[name]
