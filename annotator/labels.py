@@ -4,6 +4,8 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
+_LINE_LETTERS = 64
+
 
 class WrappedText(QLabel):
     """Plain text that wraps, can be selected with the mouse, and asks for the height that its width needs."""
@@ -18,6 +20,13 @@ class WrappedText(QLabel):
         policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         policy.setHeightForWidth(True)
         self.setSizePolicy(policy)
+
+    def sizeHint(self) -> QSize:
+        """Ask for lines of a length that reads well, and the height that they then need."""
+        widest = self.fontMetrics().averageCharWidth() * _LINE_LETTERS
+        lines = self.text().split("\n")
+        width = min(widest, max(self.fontMetrics().horizontalAdvance(line) for line in lines) + 2)
+        return QSize(width, self.heightForWidth(width))
 
     def set_color(self, color: QColor) -> None:
         """Draw the text in a colour of the theme."""

@@ -7,6 +7,8 @@ from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QApplication
 
+from annotator.style import ApplicationStyle
+
 Theme = Literal["system", "light", "dark"]
 THEMES: tuple[Theme, ...] = ("system", "light", "dark")
 
@@ -121,8 +123,8 @@ def apply_theme(theme: Theme) -> None:
     application = QApplication.instance()
     if not isinstance(application, QApplication):
         raise RuntimeError("a theme needs a QApplication")
-    if application.style().name().lower() != "fusion":
-        application.setStyle("Fusion")
+    if not isinstance(application.style(), ApplicationStyle):
+        application.setStyle(ApplicationStyle())
     follower = application.findChild(_SystemFollower)
     if follower is None:
         follower = _SystemFollower(application)

@@ -43,7 +43,6 @@ class AboutDialog(QDialog):
         layout.addWidget(WrappedText("Free software under the BSD 3-Clause licence."))
         layout.addStretch(1)
         layout.addWidget(buttons)
-        self.setMinimumWidth(self.fontMetrics().averageCharWidth() * 56)
 
     @Slot()
     def _on_copy_clicked(self) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from PySide6.QtCore import Slot
 from PySide6.QtWidgets import (
     QDialog,
@@ -34,7 +35,9 @@ class DatasetDialog(QDialog):
         self._list.setUniformRowHeights(True)
         self._list.setAlternatingRowColors(True)
         for choice in choices:
-            item = QTreeWidgetItem([choice.name, " × ".join(map(str, choice.shape)), choice.dtype])
+            item = QTreeWidgetItem(
+                [choice.name, " × ".join(map(str, choice.shape)), np.dtype(choice.dtype).name]
+            )
             item.setToolTip(0, choice.name)
             self._list.addTopLevelItem(item)
         for column in range(3):

@@ -8,17 +8,17 @@ from PySide6.QtGui import QDesktopServices, QFontDatabase, QGuiApplication
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
-    QGridLayout,
+    QHBoxLayout,
     QLabel,
     QPlainTextEdit,
     QPushButton,
     QStyle,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
 from annotations.errors import UserError
+from annotator.folding import Folding
 from annotator.labels import Heading, WrappedText
 from annotator.naming import named
 
@@ -60,20 +60,12 @@ class ErrorDialog(QDialog):
         picture.setPixmap(icon.pixmap(self.style().pixelMetric(QStyle.PixelMetric.PM_MessageBoxIconSize)))
         picture.setAccessibleName("Warning")
 
-        self._details = QPlainTextEdit(details)
-        self._details.setObjectName("error_details")
-        self._details.setAccessibleName("Technical details")
-        self._details.setReadOnly(True)
-        self._details.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
-        self._details.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
-        self._details.setVisible(False)
-        self._unfold = named(QToolButton(), "error_unfold")
-        self._unfold.setText("Technical details")
-        self._unfold.setCheckable(True)
-        self._unfold.setAutoRaise(True)
-        self._unfold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._unfold.setArrowType(Qt.ArrowType.RightArrow)
-        self._unfold.toggled.connect(self._on_unfold_toggled)
+        text = named(QPlainTextEdit(details), "error_details", title="Technical details")
+        text.setReadOnly(True)
+        text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        text.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        folding = Folding("Technical details", text, name="error_unfold", unfolded=False)
+        folding.toggled.connect(self._on_folding_toggled)
 
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         close = buttons.button(QDialogButtonBox.StandardButton.Close)
@@ -98,23 +90,21 @@ class ErrorDialog(QDialog):
             message.addWidget(WrappedText(_breakable(where), name="error_where"))
         if remedy:
             message.addWidget(WrappedText(remedy, name="error_remedy"))
-        message.addWidget(self._unfold)
-        message.addWidget(self._details, 1)
+        message.addWidget(folding, 1)
         message.addStretch(0)
-        layout = QGridLayout(self)
-        layout.addWidget(picture, 0, 0, Qt.AlignmentFlag.AlignTop)
-        layout.addLayout(message, 0, 1)
-        layout.addWidget(buttons, 1, 0, 1, 2)
-        layout.setColumnStretch(1, 1)
-        layout.setRowStretch(0, 1)
-        self.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
+        body = QHBoxLayout()
+        body.addWidget(picture, 0, Qt.AlignmentFlag.AlignTop)
+        body.addSpacing(self.fontMetrics().height() // 2)
+        body.addLayout(message, 1)
+        layout = QVBoxLayout(self)
+        layout.addLayout(body, 1)
+        layout.addWidget(buttons)
 
     @Slot(bool)
-    def _on_unfold_toggled(self, unfolded: bool) -> None:
-        self._unfold.setArrowType(Qt.ArrowType.DownArrow if unfolded else Qt.ArrowType.RightArrow)
-        self._details.setVisible(unfolded)
+    def _on_folding_toggled(self, unfolded: bool) -> None:
         if unfolded:
-            self.resize(max(self.width(), 720), max(self.height(), 460))
+            letter = self.fontMetrics().averageCharWidth()
+            self.resize(max(self.width(), letter * 90), max(self.height(), letter * 60))
 
     @Slot()
     def _on_copy_clicked(self) -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Literal
 
 from PySide6.QtCore import Slot
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
     QCommandLinkButton,
     QDialog,
@@ -57,6 +58,8 @@ class OverwriteDialog(QDialog):
             layout.addWidget(ElidedText(str(path)))
         for choice, title, explanation in _CHOICES:
             button = QCommandLinkButton(title, explanation)
+            # Its own arrow is black, and not to be seen on a dark window.
+            button.setIcon(QIcon())
             button.setObjectName(f"overwrite_{choice}")
             button.setAccessibleName(title)
             button.setAccessibleDescription(explanation)
@@ -70,7 +73,6 @@ class OverwriteDialog(QDialog):
         buttons.rejected.connect(self.reject)
         layout.addStretch(1)
         layout.addWidget(buttons)
-        self.setMinimumWidth(self.fontMetrics().averageCharWidth() * 70)
 
     @Slot()
     def _on_choice_clicked(self) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QDateTime, QLocale, Signal, Slot
+from PySide6.QtCore import QDateTime, Signal, Slot
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -87,6 +87,7 @@ class RecoveryDialog(QDialog):
         layout.addLayout(actions)
         layout.addWidget(buttons)
         self._list.setCurrentIndex(self._list.model().index(len(self._recoveries) - 1, 0))
+        self.resize(self.fontMetrics().averageCharWidth() * 80, self.sizeHint().height())
         self._draw()
 
     @Slot()
@@ -142,7 +143,7 @@ def _item(recovery: Recovery) -> QTreeWidgetItem:
     item = QTreeWidgetItem(
         [
             recovery.annotation_path.name,
-            QLocale().toString(moment, QLocale.FormatType.ShortFormat),
+            moment.toString("yyyy-MM-dd hh:mm"),
             str(recovery.edits),
             f"{placed} of {len(recovery.document.keypoints)}",
         ]

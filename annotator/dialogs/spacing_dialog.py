@@ -82,7 +82,7 @@ class SpacingDialog(QDialog):
         facts = QFormLayout()
         facts.addRow("File", ElidedText(_shown_name(volume)))
         facts.addRow("Folder", ElidedText(str(volume.path.parent)))
-        facts.addRow("Array", ElidedText(f"{_times(volume.shape)} voxels, {volume.file_dtype}"))
+        facts.addRow("Array", ElidedText(f"{_times(volume.shape)} voxels, {volume.dtype.name}"))
         facts.addRow("&Scanner", self._preset)
         facts.addRow("Spacing", fields)
         facts.addRow("Extent", self._extent)

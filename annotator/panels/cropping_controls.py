@@ -26,7 +26,7 @@ class CroppingControls(QWidget):
         grid = QGridLayout()
         grid.setColumnStretch(1, 1)
         for axis, letter in enumerate("xyz"):
-            label = QLabel(f"{letter} / mm")
+            label = QLabel(letter)
             slider = RangeSlider()
             slider.setObjectName(f"cropping_{letter}")
             slider.setAccessibleName(f"Part along {letter}")
@@ -58,7 +58,7 @@ class CroppingControls(QWidget):
         box.setSingleStep(0.1)
         box.setKeyboardTracking(False)
         box.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        box.setFixedWidth(box.fontMetrics().horizontalAdvance("000.00") + box.fontMetrics().height() * 2)
+        box.setFixedWidth(box.fontMetrics().horizontalAdvance("00.00") + box.fontMetrics().height() * 2)
         box.valueChanged.connect(self._on_box_value_changed)
         return box
 

@@ -17,10 +17,10 @@ from PySide6.QtWidgets import (
 
 from annotations.volumes import intensity_window
 from annotator.colormaps import COLORMAPS
+from annotator.folding import Folding
 from annotator.labels import ElidedText
 from annotator.naming import named
 from annotator.panels.cropping_controls import CroppingControls
-from annotator.panels.folding import Folding
 from annotator.panels.histogram import EMPTY, HistogramView, intensity_histogram
 from annotator.panels.quiet_inputs import QuietComboBox
 from annotator.panels.slider_row import SliderRow
@@ -52,7 +52,7 @@ class DisplayPanel(QWidget):
             Folding("Intensity", self._make_intensity(), name="intensity_unfold", unfolded=True),
             Folding("3D", self._make_rendering(), name="rendering_unfold", unfolded=True),
             Folding("Shown", self._make_layers(), name="layers_unfold", unfolded=True),
-            Folding("Cropping in 3D", CroppingControls(session), name="cropping_unfold", unfolded=True),
+            Folding("Cropping in 3D / mm", CroppingControls(session), name="cropping_unfold", unfolded=True),
         ]
         inside = QWidget()
         inside_layout = QVBoxLayout(inside)
@@ -137,8 +137,10 @@ class DisplayPanel(QWidget):
         for text, rendering in _RENDERINGS:
             self._rendering.addItem(text, rendering)
         self._rendering.activated.connect(self._on_rendering_activated)
-        self._detail = named(QCheckBox("&Full resolution around the active keypoint"), "detail")
-        self._detail.setToolTip("Shows a small part at full resolution instead of the whole volume")
+        self._detail = named(QCheckBox("&Full resolution at the keypoint"), "detail")
+        self._detail.setToolTip(
+            "Shows the part around the active keypoint at full resolution, not the whole volume"
+        )
         self._detail.clicked.connect(self._on_detail_clicked)
         layout.addWidget(self._rendering)
         layout.addWidget(self._detail)

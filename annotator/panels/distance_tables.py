@@ -1,12 +1,12 @@
 """Distances between keypoints: each link's length beside its nominal one, and every pair."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QIcon, QPixmap
+from PySide6.QtGui import QColor, QIcon, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
 from annotator.panels.pose_readout import PoseReadout
 
-_LINK_COLUMNS = ("Link", "Length / mm", "Nominal / mm", "Difference")
+_LINK_COLUMNS = ("Link", "Length", "Nominal", "Difference")
 
 
 class _ReadOnlyTable(QTableWidget):
@@ -37,10 +37,16 @@ class _ReadOnlyTable(QTableWidget):
         item.setToolTip(tooltip)
         return item
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.fit_height()
+
     def fit_height(self) -> None:
-        rows = self.verticalHeader().length()
-        bar = self.horizontalScrollBar().sizeHint().height()
-        self.setFixedHeight(rows + self.horizontalHeader().sizeHint().height() + 2 * self.frameWidth() + bar)
+        header = self.horizontalHeader()
+        height = self.verticalHeader().length() + header.sizeHint().height() + 2 * self.frameWidth()
+        if header.length() > self.viewport().width():
+            height += self.horizontalScrollBar().sizeHint().height()
+        self.setFixedHeight(height)
 
 
 class LinkTable(_ReadOnlyTable):
@@ -52,7 +58,6 @@ class LinkTable(_ReadOnlyTable):
         self.setHorizontalHeaderLabels(_LINK_COLUMNS)
         self.verticalHeader().setVisible(False)
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        self.horizontalHeader().setStretchLastSection(True)
 
     def show_readout(self, readout: PoseReadout) -> None:
         """Write the lengths."""

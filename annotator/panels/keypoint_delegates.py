@@ -15,10 +15,20 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotator.panels.keypoints_model import STATES, Index, KeypointsModel
+from annotator.panels.keypoints_model import STATES, Column, Index, KeypointsModel
 from annotator.panels.quiet_inputs import QuietComboBox
 
 _KEEPING_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Tab, Qt.Key.Key_Backtab)
+
+
+class NameDelegate(QStyledItemDelegate):
+    """Shows a keypoint's name with its label, or the name alone where there is no room for both."""
+
+    def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
+        super().initStyleOption(option, index)
+        taken = option.decorationSize.width() + option.fontMetrics.height()
+        if option.fontMetrics.horizontalAdvance(option.text) > option.rect.width() - taken:
+            option.text = index.data(Qt.ItemDataRole.EditRole)
 
 
 class StateDelegate(QStyledItemDelegate):
@@ -57,7 +67,7 @@ class CoordinateDelegate(QStyledItemDelegate):
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QLineEdit:
         editor = QLineEdit(parent)
         editor.setObjectName("keypoint_coordinate_editor")
-        editor.setAccessibleName(f"{self._model.name(index.row())} along {'xyz'[index.column() - 3]}")
+        editor.setAccessibleName(f"{self._model.name(index.row())} along {'xyz'[index.column() - Column.X]}")
         editor.setAlignment(Qt.AlignmentFlag.AlignRight)
         editor.setProperty("row", index.row())
         editor.setProperty("column", index.column())
@@ -93,8 +103,9 @@ class ClearDelegate(QStyledItemDelegate):
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Any) -> None:
         super().paint(painter, option, index)
-        clearable = index.siblingAtColumn(1).data(Qt.ItemDataRole.EditRole) != "unplaced"
-        clearable = clearable and bool(index.siblingAtColumn(1).flags() & Qt.ItemFlag.ItemIsEditable)
+        state = index.siblingAtColumn(Column.STATE)
+        placed = state.data(Qt.ItemDataRole.EditRole) != "unplaced"
+        clearable = placed and bool(state.flags() & Qt.ItemFlag.ItemIsEditable)
         group = option.palette.ColorGroup.Active if clearable else option.palette.ColorGroup.Disabled
         selected = bool(option.state & QStyle.StateFlag.State_Selected)
         role = option.palette.ColorRole.HighlightedText if selected else option.palette.ColorRole.Text

@@ -23,27 +23,27 @@ class Column(IntEnum):
 
     KEYPOINT = 0
     STATE = 1
-    SURE = 2
-    X = 3
-    Y = 4
-    Z = 5
-    SOURCE = 6
-    LOCK = 7
-    CLEAR = 8
+    X = 2
+    Y = 3
+    Z = 4
+    SURE = 5
+    LOCK = 6
+    CLEAR = 7
+    SOURCE = 8
 
 
 COORDINATES = (Column.X, Column.Y, Column.Z)
-_TITLES = ("Keypoint", "State", "Sure", "x", "y", "z", "Source", "Lock", "")
+_TITLES = ("Keypoint", "State", "x", "y", "z", "Sure", "Lock", "", "Source")
 _EXPLANATIONS = (
     "Name, and where on the tool it is; the number is the key that makes it active",
     "How it is seen: placed, occluded, out of view, or unplaced (which removes its position)",
-    "Whether you are sure of the position",
     "Position along x; type a value, or three at once",
     "Position along y; type a value, or three at once",
     "Position along z; type a value, or three at once",
-    "How the position came about",
+    "Whether you are sure of the position",
     "A locked keypoint refuses every change",
     "Remove the position",
+    "How the position came about",
 )
 STATES = ("placed", "occluded", "out_of_view", "unplaced")
 
@@ -112,6 +112,9 @@ class KeypointsModel(QAbstractTableModel):
             return "Clear" if column == Column.CLEAR else _TITLES[column]
         if role == Qt.ItemDataRole.ToolTipRole:
             return _EXPLANATIONS[column]
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            side = Qt.AlignmentFlag.AlignRight if column in COORDINATES else Qt.AlignmentFlag.AlignLeft
+            return side | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ForegroundRole and column in COORDINATES:
             return theme.colors(QGuiApplication.palette()).axes[column - Column.X]
         return None
@@ -236,6 +239,8 @@ class KeypointsModel(QAbstractTableModel):
     def _edit_text(self, keypoint: KeypointAnnotation, column: Column) -> str:
         if column == Column.STATE:
             return keypoint.state
+        if column == Column.KEYPOINT:
+            return keypoint.name
         return self._coordinate(keypoint, column, decimals=3) if column in COORDINATES else ""
 
     def _coordinate(self, keypoint: KeypointAnnotation, column: Column, decimals: int) -> str:
@@ -259,7 +264,9 @@ class KeypointsModel(QAbstractTableModel):
         font = QFont()
         font.setBold(column == Column.KEYPOINT and keypoint.name == view.active_keypoint)
         font.setItalic(
-            column >= Column.X and view.preview is not None and view.preview.keypoint == keypoint.name
+            column in (*COORDINATES, Column.SOURCE)
+            and view.preview is not None
+            and view.preview.keypoint == keypoint.name
         )
         return font if font.bold() or font.italic() else None
 

@@ -1,6 +1,7 @@
 """The table of keypoints, and the position of the active one."""
 
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, Slot
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QButtonGroup,
@@ -17,7 +18,7 @@ from annotations.documents.annotation import Annotation
 from annotator import theme
 from annotator.labels import WrappedText
 from annotator.naming import named
-from annotator.panels.keypoint_delegates import ClearDelegate, CoordinateDelegate, StateDelegate
+from annotator.panels.keypoint_delegates import ClearDelegate, CoordinateDelegate, NameDelegate, StateDelegate
 from annotator.panels.keypoints_model import COORDINATES, Column, KeypointsModel
 from annotator.panels.position_editor import PositionEditor
 from annotator.session import Session
@@ -27,6 +28,37 @@ _UNITS = (
     ("um", "µm", "Show and type positions in micrometres"),
     ("voxel", "Voxels", "Show and type voxel indices"),
 )
+
+_LETTERS = {
+    Column.STATE: 11,
+    Column.X: 9,
+    Column.Y: 9,
+    Column.Z: 9,
+    Column.SURE: 5,
+    Column.LOCK: 5,
+    Column.CLEAR: 3,
+    Column.SOURCE: 10,
+}
+_FEWEST_LETTERS, _MOST_LETTERS = 8, 26
+
+
+class KeypointsTable(QTableView):
+    """Gives the room that is left over to the keypoints' labels; what stands first stays in sight longest."""
+
+    def fit_columns(self) -> None:
+        letter = self.fontMetrics().horizontalAdvance("0")
+        header = self.horizontalHeader()
+        header.setMinimumSectionSize(letter * 3)
+        for column, letters in _LETTERS.items():
+            header.resizeSection(column, letter * letters)
+        room = self.viewport().width() - letter * sum(_LETTERS.values())
+        header.resizeSection(
+            Column.KEYPOINT, min(max(room, letter * _FEWEST_LETTERS), letter * _MOST_LETTERS)
+        )
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.fit_columns()
 
 
 class KeypointsPanel(QWidget):
@@ -72,12 +104,11 @@ class KeypointsPanel(QWidget):
         session.view_changed.connect(self._on_session_view_changed)
         session.document_changed.connect(self._on_session_document_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
-        self._fit_columns()
         self._draw_selection()
         self._draw_progress()
 
-    def _make_table(self) -> QTableView:
-        table = QTableView()
+    def _make_table(self) -> "KeypointsTable":
+        table = KeypointsTable()
         table.setObjectName("keypoints_table")
         table.setAccessibleName("Keypoints")
         table.setModel(self._model)
@@ -91,6 +122,7 @@ class KeypointsPanel(QWidget):
         table.setWordWrap(False)
         table.setTabKeyNavigation(False)
         table.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        table.setItemDelegateForColumn(Column.KEYPOINT, NameDelegate(table))
         table.setItemDelegateForColumn(Column.STATE, StateDelegate(table))
         for column in COORDINATES:
             table.setItemDelegateForColumn(column, CoordinateDelegate(self._model, table))
@@ -101,23 +133,6 @@ class KeypointsPanel(QWidget):
         table.clicked.connect(self._on_table_clicked)
         table.selectionModel().currentRowChanged.connect(self._on_table_current_row_changed)
         return table
-
-    def _fit_columns(self) -> None:
-        letter = self._table.fontMetrics().horizontalAdvance("0")
-        header = self._table.horizontalHeader()
-        header.setMinimumSectionSize(letter * 3)
-        for column, letters in (
-            (Column.KEYPOINT, 19),
-            (Column.STATE, 13),
-            (Column.SURE, 6),
-            (Column.X, 11),
-            (Column.Y, 11),
-            (Column.Z, 11),
-            (Column.SOURCE, 10),
-            (Column.LOCK, 6),
-            (Column.CLEAR, 4),
-        ):
-            header.resizeSection(column, letter * letters)
 
     @Slot(QModelIndex)
     def _on_table_clicked(self, index: QModelIndex) -> None:

@@ -1,14 +1,14 @@
 """The tool's pose and the distances between its keypoints, live: they move with a drag."""
 
 from PySide6.QtCore import Qt, Slot
-from PySide6.QtGui import QFontDatabase, QGuiApplication
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from annotator import theme
+from annotator.folding import Folding
 from annotator.labels import WrappedText
 from annotator.naming import named
 from annotator.panels.distance_tables import DistanceMatrix, LinkTable
-from annotator.panels.folding import Folding
 from annotator.panels.pose_readout import PoseReadout, Reading, pose_readout
 from annotator.session import Session
 from annotator.view import View
@@ -53,7 +53,7 @@ class PosePanel(QWidget):
         pose_layout.addLayout(copy_row)
         self._sections = [
             Folding("Pose", pose, name="pose_unfold", unfolded=True),
-            Folding("Links", self._links, name="links_unfold", unfolded=True),
+            Folding("Links / mm", self._links, name="links_unfold", unfolded=True),
             Folding("Distances / mm", self._pairs, name="distances_unfold", unfolded=False),
         ]
         inside = QWidget()
@@ -126,7 +126,6 @@ class PosePanel(QWidget):
         while len(self._rows) < count:
             row = len(self._rows)
             title, value = QLabel(), WrappedText()
-            value.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
             self._targets.addWidget(title, row, 0, Qt.AlignmentFlag.AlignTop)
             self._targets.addWidget(value, row, 1)
             self._rows.append((title, value))

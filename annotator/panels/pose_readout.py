@@ -10,6 +10,8 @@ from annotations.geometry.frames import Vector
 from annotations.geometry.targets import PoseTargets, pose_targets
 from annotations.geometry.tool import ToolSpecification
 
+_NARROW = "\N{NARROW NO-BREAK SPACE}"
+
 
 @dataclass(frozen=True)
 class Reading:
@@ -133,7 +135,7 @@ def _position(targets: PoseTargets, absent: Sequence[str]) -> Reading:
         return Reading(name, title, missing=_needs(absent))
     um = "  ".join(f"{value:.1f}" for value in targets.position_um)
     mm = "  ".join(f"{value / 1000:.3f}" for value in targets.position_um)
-    return Reading(name, title, targets.position_um, (f"{um} µm", f"{mm} mm"))
+    return Reading(name, title, targets.position_um, (f"{um}{_NARROW}µm", f"{mm}{_NARROW}mm"))
 
 
 def _orientation(targets: PoseTargets, ends: tuple[str, str], absent: Sequence[str]) -> Reading:

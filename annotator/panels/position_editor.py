@@ -44,7 +44,7 @@ class PositionEditor(QWidget):
             # Its own hint would leave room for the largest number allowed.
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
             box.setMinimumWidth(
-                box.fontMetrics().horizontalAdvance("−00000.00") + box.fontMetrics().height() * 2
+                box.fontMetrics().horizontalAdvance("−00000.0") + box.fontMetrics().height() * 2
             )
             box.valueChanged.connect(self._on_box_value_changed)
             box.stepped.connect(self._on_box_stepped)
@@ -156,7 +156,7 @@ class PositionEditor(QWidget):
                 state = "unplaced: begins at the crosshair"
             else:
                 state = keypoint.state.replace("_", " ")
-            self._title.setText(f"{name}: {state}")
+            self._title.setText(f"{name} in {'µm' if self._unit == 'um' else 'voxels'}: {state}")
             shown = position_um if self._unit == "um" else um_to_voxel(position_um, spacing_um)
             for axis, box in enumerate(self._boxes):
                 self._show(
@@ -165,7 +165,6 @@ class PositionEditor(QWidget):
         colors = theme.colors(self.palette())
         for axis, (box, label) in enumerate(zip(self._boxes, self._labels, strict=True)):
             box.setEnabled(usable)
-            box.setSuffix(" µm" if self._unit == "um" else "")
             box.setToolTip(
                 f"Position along {'xyz'[axis]} in {'µm' if self._unit == 'um' else 'voxels'}; "
                 "the arrows step by one voxel. Everything moves with the value; Enter keeps it, Esc drops it"

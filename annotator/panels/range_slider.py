@@ -27,7 +27,7 @@ class RangeSlider(QWidget):
         return QSize(120, self._side() + 6)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(60, self._side() + 6)
+        return QSize(40, self._side() + 6)
 
     def set_range(self, low: float, high: float) -> None:
         """Show a part of the whole."""

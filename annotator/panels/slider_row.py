@@ -33,7 +33,7 @@ class SliderRow(QObject):
         self._box.setKeyboardTracking(False)
         self._box.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._box.setFixedWidth(
-            self._box.fontMetrics().horizontalAdvance("−00000.00") + self._box.fontMetrics().height() * 2
+            self._box.fontMetrics().horizontalAdvance("−00000.0") + self._box.fontMetrics().height() * 2
         )
         label = QLabel(title)
         label.setBuddy(self._box)

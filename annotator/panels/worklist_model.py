@@ -83,12 +83,19 @@ def _color(status: ItemStatus) -> QColor:
 
 def _mark(status: ItemStatus) -> QIcon:
     """Return a ring, a half-filled ring or a ticked disc: told apart without colour."""
+    palette = QGuiApplication.palette()
+    icon = QIcon(_mark_pixmap(status, _color(status), palette.base().color()))
+    selected = _mark_pixmap(status, palette.highlightedText().color(), palette.highlight().color())
+    icon.addPixmap(selected, QIcon.Mode.Selected)
+    return icon
+
+
+def _mark_pixmap(status: ItemStatus, color: QColor, ground: QColor) -> QPixmap:
     side = 32
     pixmap = QPixmap(side, side)
     pixmap.fill(Qt.GlobalColor.transparent)
     painter = QPainter(pixmap)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    color = _color(status)
     painter.setPen(QPen(color, 3))
     if status == "done":
         painter.setBrush(color)
@@ -97,9 +104,7 @@ def _mark(status: ItemStatus) -> QIcon:
         painter.setBrush(color)
         painter.drawPie(4, 4, side - 8, side - 8, 90 * 16, -180 * 16)
     elif status == "done":
-        painter.setPen(
-            QPen(QGuiApplication.palette().base(), 4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
-        )
+        painter.setPen(QPen(ground, 4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
         painter.drawPolyline([QPointF(10, 16.5), QPointF(14.5, 21), QPointF(22.5, 12)])
     painter.end()
-    return QIcon(pixmap)
+    return pixmap
