@@ -13,8 +13,8 @@ schema = "oct-tool/1"
 name = "probe"
 keypoints = [{ name = "a" }, { name = "b" }, { name = "c" }]
 links = [
-    { name = "first", base = "a", tip = "b", length_um = 100.0, cross_section_um = [1, 2], color = "#102030" },
-    { name = "second", base = "b", tip = "c", length_um = 50.0, cross_section_um = [1, 2], color = "#a0b0c0" },
+    { name = "first", base = "a", tip = "b", length_um = 100.0, cross_section_um = [1,2], color = "#102030" },
+    { name = "second", base = "b", tip = "c", length_um = 50.0, cross_section_um = [1,2], color = "#a0b0c0" },
 ]
 joints = [{ name = "bend", parent = "first", child = "second", limits_deg = [-90.0, 90.0] }]
 [targets]
