@@ -11,7 +11,13 @@ from annotator.action_state import ActionState
 from annotator.actions import ACTIONS, MENUS, TOOL_BAR
 from annotator.icons import has_icon, icon
 
-_WITH_TEXT = ("place_mode", "navigate_mode", "mark_done", "next_unplaced", "open_file")
+_BUTTON_TEXTS = {
+    "open_file": "Open",
+    "navigate_mode": "Navigate",
+    "place_mode": "Place",
+    "next_unplaced": "Next unplaced",
+    "mark_done": "Done",
+}
 
 
 class ActionSet(QObject):
@@ -60,7 +66,8 @@ class ActionSet(QObject):
                 button.setObjectName(f"button_{name}")
                 button.setAccessibleName(self._actions[name].text())
                 button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-                if name in _WITH_TEXT:
+                if name in _BUTTON_TEXTS:
+                    self._actions[name].setIconText(_BUTTON_TEXTS[name])
                     button.setProperty("toolButtonStyle", Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         height = bar.fontMetrics().height()
         bar.setIconSize(QSize(round(1.4 * height), round(1.4 * height)))

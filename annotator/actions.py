@@ -55,6 +55,14 @@ _FILE = (
         "document",
     ),
     Action(
+        "recover",
+        "Recover Unsaved Edits…",
+        "File",
+        ("Ctrl+Shift+R",),
+        "Look for edits that were left unsaved when the program ended.",
+        separated=True,
+    ),
+    Action(
         "close_volume",
         "Close Volume",
         "File",

@@ -16,7 +16,7 @@ class DisplayMemory(QObject):
     """Remembers the window that a person chose, the colour map and the rendering, and brings them back.
 
     A window is remembered by the volume's data type, and comes back only for a volume of which it shows
-    something: another scanner's window may leave a picture black. The automatic window is nothing to remember.
+    something: another scanner's window may leave a picture black. The automatic window is not worth it.
     """
 
     def __init__(self, session: Session, settings: Settings, parent: QObject) -> None:

@@ -1,6 +1,7 @@
 """The scene and the three slices side by side; any one of them can fill the window."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+from functools import partial
 
 from PySide6.QtCore import QByteArray, QDataStream, QEvent, QIODevice, QSize, Qt, Signal, Slot
 from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent
@@ -17,13 +18,19 @@ from PySide6.QtWidgets import (
 from annotator import theme
 from annotator.application import running_application
 from annotator.icons import icon
-from annotator.view import Mode, Pane
+from annotator.session import Session
+from annotator.slices.slice_view import SliceView
+from annotator.view import Pane, View
 
 ARRANGEMENT: tuple[tuple[Pane, Pane], tuple[Pane, Pane]] = (("scene", "slice2"), ("slice1", "slice0"))
 """Upper and lower row: neighbouring slices share an axis, as in a drawing from three sides."""
 
+SLICE_PANES: tuple[Pane, Pane, Pane] = ("slice0", "slice1", "slice2")
+"""By the axis that the slice is across."""
+
+
 _TITLES: dict[Pane, str] = {
-    "scene": "3D scene",
+    "scene": "Scene",
     "slice0": "Slice across x",
     "slice1": "Slice across y",
     "slice2": "Slice across z",
@@ -31,11 +38,12 @@ _TITLES: dict[Pane, str] = {
 
 
 class PaneHeader(QFrame):
-    """A pane's title, marked while the pane is the one used last, and the button that maximises it.
+    """The strip above a pane: what it shows, whether keys act in it, and the button that maximises it.
 
     Signals
     -------
     maximize_requested
+        Double-clicked, or its button pressed.
     """
 
     maximize_requested = Signal()
@@ -43,12 +51,10 @@ class PaneHeader(QFrame):
     def __init__(self, pane: Pane, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName(f"header_{pane}")
-        self.setAccessibleName(f"Header of: {_TITLES[pane]}")
+        self.setAccessibleName(f"{_TITLES[pane]}, header")
         self.setToolTip("Double click: let this pane fill the window, or show all four")
-        self._axis = None if pane == "scene" else int(pane[-1])
-        self._is_used = False
-        self._is_maximized = False
-        self._mode: Mode = "navigate"
+        self._axis = SLICE_PANES.index(pane) if pane in SLICE_PANES else None
+        self._is_used = self._is_placing = False
         title = QLabel(_TITLES[pane])
         title.setObjectName(f"title_{pane}")
         self._button = QToolButton()
@@ -57,74 +63,58 @@ class PaneHeader(QFrame):
         self._button.setAutoRaise(True)
         self._button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._button.clicked.connect(self.maximize_requested)
+        height = self.fontMetrics().height()
+        self._button.setIconSize(QSize(height - 2, height - 2))
+        self.setFixedHeight(height + 6)
         layout = QHBoxLayout(self)
-        layout.setContentsMargins(10, 1, 2, 1)
+        layout.setContentsMargins(10, 0, 2, 2)
         layout.addWidget(title, 1)
         layout.addWidget(self._button)
-        side = self.fontMetrics().height()
-        self._button.setIconSize(QSize(side - 2, side - 2))
-        self._draw_button()
 
-    def show_state(self, *, is_used: bool, is_maximized: bool, mode: Mode) -> None:
-        """Show whether the pane was used last and fills the window, and what a click in it does."""
-        if (is_used, is_maximized, mode) == (self._is_used, self._is_maximized, self._mode):
-            return
-        self._is_used, self._is_maximized, self._mode = is_used, is_maximized, mode
-        self._draw_button()
+    def show_state(self, *, is_used: bool, is_maximized: bool, is_placing: bool) -> None:
+        """Show whether the pane was used last, whether it fills the window, and what a click in it does."""
+        self._is_used, self._is_placing = is_used, is_placing
+        self._button.setIcon(icon("restore" if is_maximized else "maximize", self.palette()))
+        self._button.setToolTip("Show all four panes" if is_maximized else "Let this pane fill the window")
         self.update()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
             self.maximize_requested.emit()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._draw_button()
-
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         colors = theme.colors(self.palette())
         painter = QPainter(self)
         if self._axis is not None:
-            painter.fillRect(0, 3, 4, self.height() - 6, colors.axes[self._axis])
+            painter.fillRect(0, 3, 4, self.height() - 8, colors.axes[self._axis])
         if self._is_used:
-            highlight = colors.placing if self._mode == "place" else self.palette().highlight().color()
-            painter.fillRect(0, self.height() - 2, self.width(), 2, highlight)
+            line = colors.placing if self._is_placing else self.palette().highlight().color()
+            painter.fillRect(0, self.height() - 2, self.width(), 2, line)
         painter.end()
-
-    def _draw_button(self) -> None:
-        self._button.setIcon(icon("restore" if self._is_maximized else "maximize", self.palette()))
-        self._button.setToolTip(
-            "Show all four panes" if self._is_maximized else "Let this pane fill the window"
-        )
 
 
 class FourUp(QWidget):
-    """Arranges the panes; which of them fills the window is said from outside.
+    """Arranges the panes as the session's view says.
 
     Parameters
     ----------
-    views : mapping
-        The view of each pane.
-
-    Signals
-    -------
-    maximize_requested : str or None
-        The pane that should fill the window; None for all four.
+    scene : QWidget
+    slices : sequence of SliceView
+        Across axes 0, 1 and 2.
     """
 
-    maximize_requested = Signal(object)
-
-    def __init__(self, views: Mapping[Pane, QWidget], parent: QWidget | None = None) -> None:
+    def __init__(
+        self, session: Session, scene: QWidget, slices: Sequence[SliceView], parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         self.setObjectName("four_up")
-        self._maximized: Pane | None = None
+        self._session = session
         self._used: Pane = "scene"
-        self._used_slice: Pane = "slice2"
-        self._mode: Mode = "navigate"
-        self._frames: dict[Pane, QWidget] = {}
+        self._used_axis = 2
         self._headers: dict[Pane, PaneHeader] = {}
+        views: dict[Pane, QWidget] = {"scene": scene, **dict(zip(SLICE_PANES, slices, strict=True))}
+        self._frames = {pane: self._frame(pane, view) for pane, view in views.items()}
         self._columns = QSplitter(Qt.Orientation.Vertical)
         self._columns.setObjectName("pane_rows")
         self._rows: list[QSplitter] = []
@@ -132,44 +122,30 @@ class FourUp(QWidget):
             row = QSplitter(Qt.Orientation.Horizontal)
             row.setObjectName(f"pane_row_{number}")
             for pane in panes:
-                row.addWidget(self._frame(pane, views[pane]))
+                row.addWidget(self._frames[pane])
             row.setChildrenCollapsible(False)
-            row.setSizes([1000, 1000])
             row.splitterMoved.connect(self._on_row_splitter_moved)
             self._rows.append(row)
             self._columns.addWidget(row)
         self._columns.setChildrenCollapsible(False)
-        self._columns.setSizes([1000, 1000])
+        self.reset()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._columns)
+        session.view_changed.connect(self._on_session_view_changed)
         running_application().focusChanged.connect(self._on_application_focus_changed)
         self._draw()
 
     @property
     def used_pane(self) -> Pane:
-        """The pane used last, or the one that fills the window."""
-        return self._maximized or self._used
+        """The pane that fills the window, or else the one used last."""
+        return self._session.view.maximized or self._used
 
     @property
     def used_axis(self) -> int:
         """The axis that the slice used last is across."""
-        pane = self._maximized if self._maximized not in (None, "scene") else self._used_slice
-        return int(str(pane)[-1])
-
-    def show_maximized(self, pane: Pane | None) -> None:
-        """Let one pane fill the window, or show all four again."""
-        self._maximized = pane
-        for row, panes in zip(self._rows, ARRANGEMENT, strict=True):
-            for other in panes:
-                self._frames[other].setVisible(pane in (None, other))
-            row.setVisible(pane is None or pane in panes)
-        self._draw()
-
-    def show_mode(self, mode: Mode) -> None:
-        """Show in the headers whether a click places."""
-        self._mode = mode
-        self._draw()
+        pane = self._session.view.maximized
+        return SLICE_PANES.index(pane) if pane in SLICE_PANES else self._used_axis
 
     def state(self) -> QByteArray:
         """Pack how the panes share the space."""
@@ -197,25 +173,47 @@ class FourUp(QWidget):
         frame = QWidget()
         frame.setObjectName(f"pane_{pane}")
         header = PaneHeader(pane, frame)
-        header.maximize_requested.connect(lambda: self._on_header_maximize_requested(pane))
+        header.maximize_requested.connect(partial(self._toggle_maximized, pane))
+        self._headers[pane] = header
         layout = QVBoxLayout(frame)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(header)
         layout.addWidget(view, 1)
-        frame.setMinimumSize(120, 100)
-        self._frames[pane] = frame
-        self._headers[pane] = header
+        # A view that is not there yet must not leave its place to the header.
+        layout.addStretch(0)
         return frame
 
+    def _toggle_maximized(self, pane: Pane) -> None:
+        self._session.look(maximized=None if self._session.view.maximized == pane else pane)
+
+    def _arrange(self) -> None:
+        maximized = self._session.view.maximized
+        for row, panes in zip(self._rows, ARRANGEMENT, strict=True):
+            for pane in panes:
+                self._frames[pane].setVisible(maximized in (None, pane))
+            row.setVisible(maximized is None or maximized in panes)
+
     def _draw(self) -> None:
+        view = self._session.view
         for pane, header in self._headers.items():
             header.show_state(
-                is_used=pane == self.used_pane, is_maximized=pane == self._maximized, mode=self._mode
+                is_used=pane == self.used_pane,
+                is_maximized=pane == view.maximized,
+                is_placing=view.mode == "place",
             )
 
-    def _on_header_maximize_requested(self, pane: Pane) -> None:
-        self.maximize_requested.emit(None if self._maximized == pane else pane)
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._draw()
+
+    @Slot(object, object)
+    def _on_session_view_changed(self, before: View, after: View) -> None:
+        if before.maximized != after.maximized:
+            self._arrange()
+        if (before.maximized, before.mode) != (after.maximized, after.mode):
+            self._draw()
 
     @Slot()
     def _on_row_splitter_moved(self) -> None:
@@ -230,6 +228,6 @@ class FourUp(QWidget):
         for pane, frame in self._frames.items():
             if new is not None and (frame is new or frame.isAncestorOf(new)):
                 self._used = pane
-                if pane != "scene":
-                    self._used_slice = pane
+                if pane in SLICE_PANES:
+                    self._used_axis = SLICE_PANES.index(pane)
                 self._draw()

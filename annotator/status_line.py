@@ -23,6 +23,7 @@ class StatusLine(QStatusBar):
         super().__init__(parent)
         self.setObjectName("status_line")
         self._session = session
+        self._is_spacing_unknown = False
         self._hint = ElidedText("")
         self._hint.setObjectName("status_hint")
         self._hint.setAccessibleName("What the next click does")
@@ -46,6 +47,11 @@ class StatusLine(QStatusBar):
         millimetres = ", ".join(f"{value / 1000:.3f}" for value in position_um)
         voxels = ", ".join(f"{value / step:.0f}" for value, step in zip(position_um, spacing_um, strict=True))
         self._cursor.setText(f"{millimetres} mm  [{voxels}]  {intensity}")
+
+    def say_spacing_is_unknown(self) -> None:
+        """Say that lengths are in voxels for want of a spacing; holds for every volume from now on."""
+        self._is_spacing_unknown = True
+        self._draw_spacing()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -92,7 +98,11 @@ class StatusLine(QStatusBar):
         self._spacing.setVisible(spacing_um is not None)
         if spacing_um is not None:
             numbers = " × ".join(f"{value:.6g}" for value in spacing_um)
-            self._spacing.setText(f"{numbers} µm")
+            unknown = self._is_spacing_unknown
+            self._spacing.setText("Spacing unknown: one unit per voxel" if unknown else f"{numbers} µm")
+            _paint(
+                self._spacing, theme.colors(self.palette()).warning.name() if unknown else "", bold=unknown
+            )
             self._spacing.setToolTip(f"Voxel spacing along x, y and z, {self._session.spacing_note}")
 
     def _draw_saved(self) -> None:

@@ -54,6 +54,8 @@ VIEW_ACTIONS: tuple[Action, ...] = (
         for number, preset in enumerate(PRESETS, start=1)
     ),
     Action("zoom_fit", "Zoom to Fit", "View", ("Ctrl+0",), "Fit the whole volume into every pane.", "volume"),
+    Action("zoom_in", "Zoom In", "View", ("Ctrl++", "Ctrl+="), "Enlarge the slices.", "volume", repeats=True),
+    Action("zoom_out", "Zoom Out", "View", ("Ctrl+-",), "Shrink the slices.", "volume", repeats=True),
     Action(
         "zoom_keypoint",
         "Zoom to Active Keypoint",

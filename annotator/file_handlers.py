@@ -1,0 +1,99 @@
+"""What the menu File does, and going from one volume to the next."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from PySide6.QtWidgets import QFileDialog, QMainWindow
+
+from annotator.actions import RECENT_FILES
+from annotator.questions import Questions
+from annotator.session import Session
+from annotator.settings import Settings
+
+_FILES = (
+    "Volumes, annotations and studies (*.npy *.npz *.h5 *.hdf5 *.he5 *.tif *.tiff *.zarr *.json *.toml);;"
+    "Annotations (*.json);;All files (*)"
+)
+_LEAVING = "Leave it unsaved for now"
+
+
+class FileHandlers:
+    """Opens, saves and closes; nothing that is open is left before it is saved or the person says so."""
+
+    def __init__(
+        self, session: Session, settings: Settings, questions: Questions, window: QMainWindow
+    ) -> None:
+        self._session = session
+        self._settings = settings
+        self._questions = questions
+        self._window = window
+        self._opening: Path | None = None
+        session.volume_changed.connect(self._on_session_volume_changed)
+
+    def by_name(self) -> Mapping[str, Callable[[], object]]:
+        """Return the handlers by the names of their actions."""
+        recent = {f"recent_{number}": self._recent(number) for number in range(1, RECENT_FILES + 1)}
+        return recent | {
+            "open_file": self.open_file,
+            "open_folder": self.open_folder,
+            "save": self._questions.save,
+            "save_as": self._questions.save_elsewhere,
+            "recover": self._recover,
+            "close_volume": lambda: self._questions.leave(self._session.close_volume, _LEAVING),
+            "quit": self._window.close,
+            "previous_volume": lambda: self._questions.leave(self._session.previous_volume, _LEAVING),
+            "next_volume": lambda: self._questions.leave(self._session.next_volume, _LEAVING),
+            "cancel_jobs": self._cancel_jobs,
+        }
+
+    def open_path(self, path: Path) -> None:
+        """Open whatever lies at a path, and remember it if it could be opened."""
+
+        def open_it() -> None:
+            self._opening = path.absolute()
+            self._session.open_path(path)
+
+        self._questions.leave(open_it, _LEAVING)
+
+    def open_file(self) -> None:
+        """Ask for a volume, an annotation or a study's file, and open it."""
+        chosen, _ = QFileDialog.getOpenFileName(self._window, "Open", self._start_folder(), _FILES)
+        if chosen:
+            self.open_path(Path(chosen))
+
+    def open_folder(self) -> None:
+        """Ask for a study, a folder of volumes or a zarr volume, and open it."""
+        chosen = QFileDialog.getExistingDirectory(
+            self._window, "Open a study or a folder of volumes", self._start_folder()
+        )
+        if chosen:
+            self.open_path(Path(chosen))
+
+    def _start_folder(self) -> str:
+        recent = self._settings.recent_paths
+        return str(recent[0].parent) if recent else ""
+
+    def _recent(self, number: int) -> Callable[[], None]:
+        def open_recent() -> None:
+            paths = self._settings.recent_paths
+            if number <= len(paths):
+                path = paths[number - 1]
+                if not path.exists():
+                    # It is said what is wrong, and not offered again.
+                    self._settings.forget_path(path)
+                self.open_path(path)
+
+        return open_recent
+
+    def _recover(self) -> None:
+        self._session.message_posted.emit("Looking for unsaved edits; if there are any, you will be asked")
+        self._session.offer_recoveries()
+
+    def _cancel_jobs(self) -> None:
+        for job in self._session.jobs.running:
+            self._session.jobs.cancel(job)
+
+    def _on_session_volume_changed(self) -> None:
+        if self._session.volume is not None and self._opening is not None:
+            self._settings.remember_path(self._opening)
+            self._opening = None

@@ -1,0 +1,211 @@
+"""What only a person can decide: the session's questions and errors as dialogs, one at a time."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QDialog, QFileDialog, QWidget
+
+from annotations.documents.recovery import Recovery
+from annotations.durable_files import SaveError
+from annotations.errors import UserError
+from annotations.geometry.frames import Vector
+from annotations.volumes import DatasetChoice, Volume
+from annotator.dialogs.dataset_dialog import DatasetDialog
+from annotator.dialogs.error_dialog import ErrorDialog
+from annotator.dialogs.overwrite_dialog import OverwriteDialog
+from annotator.dialogs.recovery_dialog import RecoveryDialog
+from annotator.dialogs.spacing_dialog import SpacingDialog
+from annotator.dialogs.unsaved_dialog import UnsavedDialog
+from annotator.session import Session
+
+_ANNOTATION_FILES = "Annotations (*.json)"
+_GO_ON = "Go on without saving"
+
+
+class Questions(QObject):
+    """Shows a dialog for every question of the session, and hands the answer back.
+
+    Parameters
+    ----------
+    window : QWidget
+        Parent of the dialogs.
+    log_path : Path
+        Offered where an error is unexpected.
+    """
+
+    def __init__(self, session: Session, window: QWidget, log_path: Path) -> None:
+        super().__init__(window)
+        self._session = session
+        self._window = window
+        self._log_path = log_path
+        self._shown: QDialog | None = None
+        self._waiting: list[QDialog] = []
+        self._problems: list[str] | None = None
+        self._told: set[str] = set()
+        self._is_changed_on_disk = False
+
+    def start(self) -> None:
+        """Take the session's questions and errors from now on."""
+        session = self._session
+        session.spacing_requested.connect(self._on_session_spacing_requested)
+        session.dataset_requested.connect(self._on_session_dataset_requested)
+        session.recovery_requested.connect(self._on_session_recovery_requested)
+        session.overwrite_requested.connect(self._on_session_overwrite_requested)
+        session.save_state_changed.connect(self._on_session_save_state_changed)
+        session.error_raised.connect(self._on_session_error_raised)
+
+    def show_error(self, error: Exception) -> None:
+        """Show an error with a way out; `UserError` speaks for itself, any other is called unexpected."""
+        log_path = None if isinstance(error, UserError) else self._log_path
+        self.show(ErrorDialog(error, self._window, log_path=log_path))
+
+    def show(self, dialog: QDialog) -> None:
+        """Show a dialog of the window, after those that are already there."""
+        self._waiting.append(dialog)
+        if self._shown is None:
+            self._show_next()
+
+    def save(self) -> None:
+        """Save because a person asked for it: a failure is said every time."""
+        self.leave(lambda: None, _GO_ON)
+
+    def leave(self, then: Callable[[], object], leaving: str) -> None:
+        """Save what is open, then go on; where saving fails, let the person choose what to do.
+
+        Parameters
+        ----------
+        then : callable
+            What to do when the document is saved, or given up for now.
+        leaving : str
+            What it is called to go on without saving.
+        """
+        problem = self._save()
+        if problem is None:
+            then()
+        elif self._is_changed_on_disk:
+            self._ask_which_version(problem, then)
+        else:
+            self._ask_after_failure(problem, then, leaving)
+
+    def save_elsewhere(self) -> bool:
+        """Ask for another file and save there; False if nothing was saved."""
+        present = str(self._session.annotation_path or "")
+        chosen, _ = QFileDialog.getSaveFileName(
+            self._window, "Save the annotation as", present, _ANNOTATION_FILES
+        )
+        if not chosen:
+            return False
+        path = Path(chosen)
+        return self._session.save_as(path if path.suffix else path.with_suffix(".json"))
+
+    def _save(self) -> str | None:
+        """Save, and return why that failed; None if all is saved."""
+        if not self._session.unsaved:
+            return None
+        self._problems, self._is_changed_on_disk = [], False
+        try:
+            if self._session.save():
+                return None
+            return " ".join(self._problems) or "Saving failed again, for the same reason as before."
+        finally:
+            self._problems = None
+
+    def _ask_after_failure(self, problem: str, then: Callable[[], object], leaving: str) -> None:
+        dialog = UnsavedDialog(problem, self._session.annotation_path, leaving, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.choice == "retry":
+                self.leave(then, leaving)
+            elif dialog.choice == "save_elsewhere":
+                if self.save_elsewhere():
+                    then()
+            elif dialog.choice == "leave":
+                if leaving != _GO_ON:
+                    self._session.abandon()
+                then()
+
+        dialog.accepted.connect(on_dialog_accepted)
+        self.show(dialog)
+
+    def _ask_which_version(self, problem: str, then: Callable[[], object]) -> None:
+        dialog = OverwriteDialog(problem, self._session.annotation_path, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.choice == "reload":
+                self._session.reload()
+                then()
+            elif dialog.choice == "overwrite":
+                if self._session.save(overwrite=True):
+                    then()
+            elif dialog.choice == "save_elsewhere" and self.save_elsewhere():
+                then()
+
+        dialog.accepted.connect(on_dialog_accepted)
+        self.show(dialog)
+
+    def _show_next(self) -> None:
+        self._shown = self._waiting.pop(0) if self._waiting else None
+        if self._shown is not None:
+            self._shown.finished.connect(self._on_shown_finished)
+            self._shown.open()
+
+    def _on_shown_finished(self) -> None:
+        if self._shown is not None:
+            self._shown.deleteLater()
+        self._show_next()
+
+    def _tell_of_failure(self, problem: str) -> None:
+        if problem in self._told or isinstance(self._shown, UnsavedDialog):
+            # On a full disk every edit fails: a dialog each time would leave no way to make room.
+            self._session.message_posted.emit(problem)
+        else:
+            self._told.add(problem)
+            self._ask_after_failure(problem, lambda: None, _GO_ON)
+
+    def _on_session_save_state_changed(self) -> None:
+        if not self._session.unsaved:
+            self._told.clear()
+
+    def _on_session_spacing_requested(self, volume: Volume, offered_um: Vector) -> None:
+        dialog = SpacingDialog(volume, offered_um, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.spacing_um is not None:
+                self._session.provide_spacing(dialog.spacing_um, dialog.remember)
+
+        dialog.accepted.connect(on_dialog_accepted)
+        dialog.rejected.connect(self._session.cancel_opening)
+        self.show(dialog)
+
+    def _on_session_dataset_requested(self, path: Path, choices: tuple[DatasetChoice, ...]) -> None:
+        dialog = DatasetDialog(path, choices, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.dataset is not None:
+                self._session.provide_dataset(dialog.dataset)
+
+        dialog.accepted.connect(on_dialog_accepted)
+        dialog.rejected.connect(self._session.cancel_opening)
+        self.show(dialog)
+
+    def _on_session_recovery_requested(self, recoveries: tuple[Recovery, ...]) -> None:
+        dialog = RecoveryDialog(recoveries, self._window)
+        dialog.recover_requested.connect(self._session.recover)
+        dialog.discard_requested.connect(self._session.discard_recovery)
+        self.show(dialog)
+
+    def _on_session_overwrite_requested(self, problem: str) -> None:
+        if self._problems is not None:
+            self._problems.append(problem)
+            self._is_changed_on_disk = True
+        elif not isinstance(self._shown, OverwriteDialog):
+            self._ask_which_version(problem, lambda: None)
+
+    def _on_session_error_raised(self, error: UserError) -> None:
+        if self._problems is not None and isinstance(error, SaveError):
+            self._problems.append(str(error))
+        elif isinstance(error, SaveError) and self._session.unsaved:
+            self._tell_of_failure(str(error))
+        else:
+            self.show_error(error)

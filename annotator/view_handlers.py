@@ -1,0 +1,116 @@
+"""What the menu View does: it changes what is seen, and never an annotation."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import get_args
+
+from annotations.volumes import intensity_window
+from annotator.four_up import FourUp
+from annotator.held_key import HeldKey
+from annotator.scene.camera import PRESETS
+from annotator.scene.scene_view import SceneView
+from annotator.session import Session
+from annotator.slices.slice_view import SliceView
+from annotator.view import Layer, Pane
+
+_CLOSE_UP_UM = 2500.0
+_ZOOM_STEP = 1.25
+
+
+class ViewHandlers:
+    """Turns keys and menu entries into looks.
+
+    Parameters
+    ----------
+    hidden_while : HeldKey
+        The key that hides the overlays as long as it is held.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        scene: SceneView,
+        slices: Sequence[SliceView],
+        four_up: FourUp,
+        hidden_while: HeldKey,
+    ) -> None:
+        self._session = session
+        self._scene = scene
+        self._slices = slices
+        self._four_up = four_up
+        self._hidden_while = hidden_while
+        self._perspective = False
+        hidden_while.released.connect(self._on_hidden_while_released)
+
+    @property
+    def perspective(self) -> bool:
+        """Whether the scene draws what is near larger."""
+        return self._perspective
+
+    def by_name(self) -> Mapping[str, Callable[[], object]]:
+        """Return the handlers by the names of their actions."""
+        session = self._session
+        panes = {f"show_{pane}": partial(session.look, maximized=pane) for pane in get_args(Pane)}
+        layers = {f"layer_{layer}": partial(session.toggle_layer, layer) for layer in get_args(Layer)}
+        cameras = {f"camera_{preset}": partial(self._scene.look_from, preset) for preset in PRESETS}
+        return (
+            panes
+            | layers
+            | cameras
+            | {
+                "maximize": self._toggle_maximized,
+                "four_up": partial(session.look, maximized=None),
+                "perspective": self._toggle_perspective,
+                "zoom_fit": self._zoom_fit,
+                "zoom_in": partial(self._zoom_slices, _ZOOM_STEP),
+                "zoom_out": partial(self._zoom_slices, 1 / _ZOOM_STEP),
+                "zoom_keypoint": self._zoom_keypoint,
+                "hide_overlays": self._toggle_overlays,
+                "detail": lambda: session.look(detail=not session.view.detail),
+                "rendering": lambda: session.look(
+                    rendering="volume" if session.view.rendering == "mip" else "mip"
+                ),
+                "auto_window": self._auto_window,
+            }
+        )
+
+    def _toggle_maximized(self) -> None:
+        maximized = None if self._session.view.maximized is not None else self._four_up.used_pane
+        self._session.look(maximized=maximized)
+
+    def _toggle_perspective(self) -> None:
+        self._perspective = not self._perspective
+        self._scene.set_parallel(not self._perspective)
+
+    def _zoom_fit(self) -> None:
+        self._scene.zoom_to_fit()
+        for view in self._slices:
+            view.fit()
+
+    def _zoom_slices(self, factor: float) -> None:
+        # The others take its scale over.
+        self._slices[self._four_up.used_axis].zoom_at_crosshair(factor)
+
+    def _zoom_keypoint(self) -> None:
+        name = self._session.view.active_keypoint
+        if name is None or name not in self._session.shown_positions_um():
+            return
+        self._session.activate(name, jump=True)
+        self._scene.zoom_to_keypoint(name)
+        for view in self._slices:
+            # The slices have one scale among them; the crosshair, now at the keypoint, stays in sight.
+            view.set_scale(min(view.width(), view.height()) / _CLOSE_UP_UM)
+
+    def _toggle_overlays(self) -> None:
+        hidden = not self._session.view.overlays_hidden
+        self._session.look(overlays_hidden=hidden)
+        if hidden:
+            self._hidden_while.watch()
+
+    def _on_hidden_while_released(self) -> None:
+        self._session.look(overlays_hidden=False)
+
+    def _auto_window(self) -> None:
+        level = self._session.slice_level
+        if level is not None:
+            self._session.look(window=intensity_window(level))

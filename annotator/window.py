@@ -1,0 +1,287 @@
+"""The main window: panes, panels, menus and status line, wired to one session; nothing else."""
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QSize, Qt, Slot
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QWidget
+
+from annotator.action_set import ActionSet
+from annotator.action_state import state_of
+from annotator.annotate_handlers import AnnotateHandlers
+from annotator.display_memory import DisplayMemory
+from annotator.file_handlers import FileHandlers
+from annotator.four_up import FourUp
+from annotator.held_key import HeldKey
+from annotator.icons import application_icon
+from annotator.jobs import Job
+from annotator.panels.display_panel import DisplayPanel
+from annotator.panels.jobs_panel import JobsPanel
+from annotator.panels.keypoints_panel import KeypointsPanel
+from annotator.panels.pose_panel import PosePanel
+from annotator.panels.worklist_panel import WorklistPanel
+from annotator.questions import Questions
+from annotator.scene.scene_view import SceneView
+from annotator.session import Session
+from annotator.settings import Settings
+from annotator.slices.fetching import SliceFetcher
+from annotator.slices.linked_zoom import link_zoom
+from annotator.slices.slice_view import SliceView
+from annotator.status_line import StatusLine
+from annotator.typing_guard import TypingGuard
+from annotator.view import View
+from annotator.view_handlers import ViewHandlers
+from annotator.window_handlers import WindowHandlers
+
+_TITLE = "OCT Annotator"
+_FIRST_SIZE = QSize(1400, 900)
+
+
+class MainWindow(QMainWindow):
+    """Everything that a person sees of one session.
+
+    The session outlives the window: whoever made it shuts it down.
+
+    Parameters
+    ----------
+    log_path : Path
+        The log of unexpected errors, for those who want to look.
+    asks : bool
+        Whether the session's questions and errors become dialogs; else somebody else answers them.
+
+    Attributes
+    ----------
+    scene, slices, fetcher, four_up, status, questions
+        The parts that those who drive the window from outside need.
+    actions_by_name : ActionSet
+    """
+
+    def __init__(self, session: Session, settings: Settings, log_path: Path, *, asks: bool = True) -> None:
+        super().__init__()
+        self.setObjectName("main_window")
+        self.setWindowIcon(application_icon())
+        self.setAcceptDrops(True)
+        self.setDockNestingEnabled(True)
+        self.session = session
+        self._settings = settings
+        self._is_built = False
+        self._has_left = False
+        self._is_closing = False
+        self.questions = Questions(session, self, log_path)
+        if asks:
+            self.questions.start()
+        self.fetcher = SliceFetcher(session, self)
+        self.scene = SceneView(session, renderer=settings.renderer)
+        self.slices = tuple(SliceView(session, axis, self.fetcher) for axis in range(3))
+        link_zoom(self.slices)
+        self.four_up = FourUp(session, self.scene, self.slices)
+        self.setCentralWidget(self.four_up)
+        self._worklist = WorklistPanel(session)
+        self._pose = PosePanel(session)
+        self._docks = self._make_docks()
+        self.status = StatusLine(session)
+        self.status.addPermanentWidget(JobsPanel(session))
+        self.setStatusBar(self.status)
+        self._display_memory = DisplayMemory(session, settings, self)
+        self._guard = TypingGuard(self.four_up)
+        self._files = FileHandlers(session, settings, self.questions, self)
+        self._looks = ViewHandlers(
+            session, self.scene, self.slices, self.four_up, HeldKey(Qt.Key.Key_H, self)
+        )
+        self._parts = WindowHandlers(
+            session, settings, self.questions, self, self.four_up, self._docks, log_path
+        )
+        annotating = AnnotateHandlers(session, settings, self.questions, lambda: self.four_up.used_axis, self)
+        self.actions_by_name = ActionSet(
+            {
+                **self._files.by_name(),
+                **annotating.by_name(),
+                **self._looks.by_name(),
+                **self._parts.by_name(),
+                "copy_pose": self._pose.copy_to_clipboard,
+            },
+            self,
+            self._draw_actions,
+        )
+        self.actions_by_name.fill_menu_bar(self.menuBar())
+        self.actions_by_name.draw_icons(self.palette())
+        self._make_tool_bar()
+        self._connect()
+        self._restore_layout()
+        self._draw_actions()
+        self._draw_title()
+        self._is_built = True
+
+    def open_path(self, path: Path) -> None:
+        """Open a volume, an annotation, a study or a folder of volumes, and remember it."""
+        self._files.open_path(path)
+
+    def prepare_scene(self) -> None:
+        """Load Mayavi beside everything else, and show the scene when that is done."""
+        self.session.jobs.start(
+            "Preparing the scene",
+            lambda _progress, _cancelled: importlib.import_module("annotator.scene.stage"),
+            done=self._on_job_stage_imported,
+            failed=self.questions.show_error,
+            shown=False,
+        )
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape:
+            # Nobody wanted it: a person wants out of a text field, back to the images.
+            self.slices[self.four_up.used_axis].setFocus()
+        else:
+            super().keyPressEvent(event)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and self._is_built:
+            self.actions_by_name.draw_icons(self.palette())
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if _dropped_path(event) is not None:
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        path = _dropped_path(event)
+        if path is not None:
+            event.acceptProposedAction()
+            self.open_path(path)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        self._is_closing = True
+        if not self._has_left:
+            self.questions.leave(self._on_questions_left, "Quit without saving")
+        self._is_closing = False
+        if not self._has_left:
+            event.ignore()
+            return
+        self._display_memory.write()
+        self._settings.window_geometry = self.saveGeometry()
+        self._settings.window_state = self.saveState()
+        self._settings.panes_state = self.four_up.state()
+        self._settings.flush()
+        self.session.close_volume()
+        self.fetcher.close()
+        self.scene.shut_down()
+        event.accept()
+
+    def _make_docks(self) -> Mapping[str, QDockWidget]:
+        left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
+        docks = {
+            "worklist": self._dock("worklist", "Volumes", self._worklist, left),
+            "keypoints": self._dock("keypoints", "Keypoints", KeypointsPanel(self.session), right),
+            "pose": self._dock("pose", "Pose", self._pose, right),
+            "display": self._dock("display", "Display", DisplayPanel(self.session), right),
+        }
+        self.tabifyDockWidget(docks["pose"], docks["display"])
+        docks["pose"].raise_()
+        return docks
+
+    def _dock(self, name: str, title: str, panel: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
+        dock = QDockWidget(title)
+        dock.setObjectName(f"dock_{name}")
+        dock.setWidget(panel)
+        self.addDockWidget(area, dock)
+        return dock
+
+    def _make_tool_bar(self) -> None:
+        bar = QToolBar("Tools")
+        bar.setObjectName("tool_bar")
+        bar.setMovable(False)
+        bar.toggleViewAction().setVisible(False)
+        self.actions_by_name.fill_tool_bar(bar)
+        self.addToolBar(bar)
+
+    def _connect(self) -> None:
+        session = self.session
+        for dock in self._docks.values():
+            dock.visibilityChanged.connect(self._on_dock_visibility_changed)
+        for view in self.slices:
+            view.cursor_moved.connect(self.status.show_cursor)
+        self._worklist.open_file_requested.connect(self._files.open_file)
+        self._worklist.open_folder_requested.connect(self._files.open_folder)
+        session.document_changed.connect(self._on_session_document_changed)
+        session.view_changed.connect(self._on_session_view_changed)
+        session.volume_changed.connect(self._on_session_volume_changed)
+        session.worklist_changed.connect(self._on_session_worklist_changed)
+        session.save_state_changed.connect(self._on_session_save_state_changed)
+        session.undo_stack.indexChanged.connect(self._on_undo_stack_index_changed)
+        session.jobs.job_changed.connect(self._on_jobs_job_changed)
+
+    def _restore_layout(self) -> None:
+        self.resize(_FIRST_SIZE.boundedTo(self.screen().availableSize()))
+        unit = self.fontMetrics().averageCharWidth()
+        docks = self._docks
+        self.resizeDocks(
+            [docks["worklist"], docks["keypoints"]], [30 * unit, 56 * unit], Qt.Orientation.Horizontal
+        )
+        self._parts.keep_layout()
+        if not self._settings.window_geometry.isEmpty():
+            self.restoreGeometry(self._settings.window_geometry)
+        if not self._settings.window_state.isEmpty():
+            self.restoreState(self._settings.window_state)
+        if not self._settings.panes_state.isEmpty():
+            self.four_up.restore(self._settings.panes_state)
+
+    def _draw_actions(self) -> None:
+        state = state_of(self.session, self._settings.recent_paths)
+        also = {"perspective"} if self._looks.perspective else set()
+        self.actions_by_name.draw(state, {*also, *self._parts.checked()})
+
+    def _draw_title(self) -> None:
+        volume = self.session.volume
+        names = [f"{volume.path.name}[*]"] if volume is not None else []
+        if self.session.title and volume is not None and self.session.title != volume.path.name:
+            names.append(self.session.title)
+        self.setWindowTitle(" – ".join([*names, _TITLE]))
+        self.setWindowModified(self.session.unsaved)
+
+    def _on_questions_left(self) -> None:
+        self._has_left = True
+        if not self._is_closing:
+            self.close()
+
+    def _on_job_stage_imported(self, _: object) -> None:
+        self.scene.show()
+
+    @Slot(object)
+    def _on_jobs_job_changed(self, _: Job) -> None:
+        self._draw_actions()
+
+    @Slot(bool)
+    def _on_dock_visibility_changed(self, _: bool) -> None:
+        self._draw_actions()
+
+    @Slot(int)
+    def _on_undo_stack_index_changed(self, _: int) -> None:
+        self._draw_actions()
+
+    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+        self._draw_actions()
+
+    def _on_session_view_changed(self, before: View, after: View) -> None:
+        if replace(before, crosshair_um=after.crosshair_um, window=after.window) != after:
+            self._draw_actions()
+
+    def _on_session_volume_changed(self) -> None:
+        self._draw_actions()
+        self._draw_title()
+
+    def _on_session_worklist_changed(self) -> None:
+        self._draw_actions()
+        self._draw_title()
+
+    def _on_session_save_state_changed(self) -> None:
+        self._draw_title()
+
+
+def _dropped_path(event: QDropEvent) -> Path | None:
+    """Return the first local file or folder that is dragged, if there is one."""
+    for url in event.mimeData().urls():
+        if url.isLocalFile():
+            return Path(url.toLocalFile())
+    return None
