@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 _EDGE_SHARE = 0.2
 """Radius of rounded edges, as a share of the smaller half of the cross-section."""
 _TOLERANCE_UM = 1e-3
+_LEAST_APPROACH = 1e-6
+"""Cosine below which the light passes by: along the whole tool it would come nearer by 0.02 µm."""
 _STEPS = 60
 
 
@@ -104,7 +106,7 @@ class LinkBody:
             surface.depth_um[active[met]] = columns[active[met], 2] + travelled[active[met]]
             surface.facing[active[met]] = np.clip(approach[met], 0, 1)
             # Once the distance no longer shrinks, a convex body has been missed.
-            nearing = ~met & (approach > 0)
+            nearing = ~met & (approach > _LEAST_APPROACH)
             active = active[nearing]
             travelled[active] += distance[nearing] / approach[nearing]
             active = active[columns[active, 2] + travelled[active] <= high[2]]

@@ -13,8 +13,8 @@ _CLEARANCE_UM = 300.0
 """Least depth of the tool's surface, so that its whole front is in the volume."""
 _TILT_DEG = 15.0
 """Largest tilt of the root link out of the plane across the light."""
-_TURNS_PER_ANGLES = 400
-_DRAWS_OF_ANGLES = 25
+_TURNS_PER_ANGLES = 200
+_DRAWS_OF_ANGLES = 6
 
 
 def random_pose(

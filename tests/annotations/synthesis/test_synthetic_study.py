@@ -1,0 +1,191 @@
+import errno
+import os
+import shutil
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from annotations.documents.checks import check_file
+from annotations.documents.files import load_annotation, tool_of
+from annotations.documents.study import load_study
+from annotations.durable_files import SaveError
+from annotations.errors import Cancelled, UserError
+from annotations.geometry.frames import nearest_voxel
+from annotations.geometry.tool_library import find_tool, shipped_tools
+from annotations.synthesis import synthetic_study
+from annotations.synthesis.synthetic_study import write_study
+from annotations.volumes import open_volume
+
+FORCEPS = shipped_tools()["magnetic-forceps"]
+SHAPE = (22, 39, 23)
+
+
+def files_in(folder: Path) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_study_holds_volumes_and_the_truth_about_them(empty_folder: Path) -> None:
+    folder = empty_folder / "a" / "study"
+
+    written = write_study(folder, FORCEPS, count=2, seed=1, shape=SHAPE, annotators=("anna",))
+
+    study = load_study(folder)
+    assert study == written
+    assert study.annotators == ("truth", "anna")
+    assert files_in(folder) == {
+        "study.toml",
+        "volumes/v001.npy",
+        "volumes/v001.npy.volume.toml",
+        "volumes/v002.npy",
+        "volumes/v002.npy.volume.toml",
+        "annotations/truth/v001.keypoints.json",
+        "annotations/truth/v002.keypoints.json",
+    }
+    for name in ("v001", "v002"):
+        path = folder / "annotations" / "truth" / f"{name}.keypoints.json"
+        assert check_file(path) == ()
+        annotation, _ = load_annotation(path)
+        with open_volume(folder / "volumes" / f"{name}.npy") as volume:
+            assert volume.shape == SHAPE
+            assert volume.depth_axis == 2
+            assert volume.spacing_um == annotation.volume.spacing_um
+
+
+def test_keypoints_lie_inside_the_bright_tool(empty_folder: Path) -> None:
+    write_study(empty_folder, FORCEPS, count=1, seed=5, shape=(110, 194, 115))
+    annotation, _ = load_annotation(empty_folder / "annotations/truth/v001.keypoints.json")
+    volume = np.load(empty_folder / "volumes/v001.npy")
+
+    inwards = {}
+    for link in FORCEPS.links:
+        base, tip = (np.array(annotation.positions_um[end]) for end in (link.base, link.tip))
+        inwards[link.base], inwards[link.tip] = base + 0.15 * (tip - base), tip - 0.15 * (tip - base)
+    for position_um in inwards.values():
+        x, y, z = nearest_voxel(position_um, annotation.volume.spacing_um, volume.shape)
+        above = volume[x, y, : z + 1]
+        assert above.max() > volume[0, 0].max()
+
+
+def test_the_same_seed_gives_the_same_study(empty_folder: Path) -> None:
+    for name in ("one", "two"):
+        write_study(empty_folder / name, FORCEPS, count=2, seed=9, shape=SHAPE)
+
+    for number in ("v001", "v002"):
+        one, two = (empty_folder / name / "volumes" / f"{number}.npy" for name in ("one", "two"))
+        assert one.read_bytes() == two.read_bytes()
+        documents = [
+            load_annotation(empty_folder / name / f"annotations/truth/{number}.keypoints.json")[0]
+            for name in ("one", "two")
+        ]
+        assert documents[0].keypoints == documents[1].keypoints
+        assert documents[0].volume == documents[1].volume
+    assert (empty_folder / "one/volumes/v001.npy").read_bytes() != (
+        empty_folder / "one/volumes/v002.npy"
+    ).read_bytes()
+
+
+def test_more_volumes_continue_the_same_series(empty_folder: Path) -> None:
+    write_study(empty_folder / "one", FORCEPS, count=1, seed=9, shape=SHAPE)
+    write_study(empty_folder / "two", FORCEPS, count=2, seed=9, shape=SHAPE)
+
+    first = [(empty_folder / name / "volumes/v001.npy").read_bytes() for name in ("one", "two")]
+    assert first[0] == first[1]
+
+
+def test_a_tool_of_the_users_own_travels_with_the_study(empty_folder: Path) -> None:
+    own = FORCEPS.model_copy(update={"name": "my-forceps"})
+
+    write_study(empty_folder / "s", own, count=1, seed=1, shape=SHAPE)
+    moved = (empty_folder / "s").rename(empty_folder / "elsewhere")
+
+    assert find_tool(load_study(moved).tool, (moved / "tools",)) == own
+    path = moved / "annotations/truth/v001.keypoints.json"
+    assert tool_of(load_annotation(path)[0]) == own
+    assert check_file(path) == ()
+
+
+@pytest.mark.parametrize("name", ["study.toml", "notes.txt"])
+def test_a_folder_with_anything_in_it_is_left_alone(empty_folder: Path, name: str) -> None:
+    (empty_folder / name).write_text("mine")
+
+    with pytest.raises(UserError, match="already" if name == "study.toml" else "not empty"):
+        write_study(empty_folder, FORCEPS, count=1, seed=1, shape=SHAPE)
+
+    assert files_in(empty_folder) == {name}
+    assert (empty_folder / name).read_text() == "mine"
+
+
+def test_a_file_in_the_folders_place_is_left_alone(empty_folder: Path) -> None:
+    (empty_folder / "s").write_text("mine")
+
+    with pytest.raises(SaveError, match="cannot be used"):
+        write_study(empty_folder / "s", FORCEPS, count=1, seed=1, shape=SHAPE)
+
+    assert (empty_folder / "s").read_text() == "mine"
+
+
+class Usage(NamedTuple):
+    total: int
+    used: int
+    free: int
+
+
+def test_too_little_room_is_told_before_the_work_begins(
+    empty_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutil, "disk_usage", lambda _folder: Usage(10**12, 10**12 - 10**9, 10**9))
+
+    with pytest.raises(SaveError, match=r"need 4\.9 GB, and 1\.0 GB are free"):
+        write_study(empty_folder / "s", FORCEPS, count=2, seed=1, shape=(1096, 1936, 1152))
+
+    assert files_in(empty_folder) == set()
+
+
+@pytest.mark.parametrize("existed", [True, False])
+def test_a_failure_half_way_leaves_the_folder_as_it_was(
+    empty_folder: Path, monkeypatch: pytest.MonkeyPatch, existed: bool
+) -> None:
+    folder = empty_folder / "s"
+    if existed:
+        folder.mkdir()
+
+    def refuse(*_arguments: object) -> None:
+        raise SaveError(os.strerror(errno.ENOSPC), where=folder)
+
+    monkeypatch.setattr(synthetic_study, "save_study", refuse)
+
+    with pytest.raises(SaveError, match="No space left"):
+        write_study(folder, FORCEPS, count=2, seed=1, shape=SHAPE)
+
+    assert folder.exists() == existed
+    assert files_in(empty_folder) == set()
+
+
+def test_cancelling_leaves_the_folder_as_it_was(empty_folder: Path) -> None:
+    shares: list[float] = []
+
+    with pytest.raises(Cancelled):
+        write_study(
+            empty_folder / "s",
+            FORCEPS,
+            count=2,
+            seed=1,
+            shape=SHAPE,
+            progress=shares.append,
+            cancelled=lambda: shares[-1] > 0.7,
+        )
+
+    assert 0.7 < shares[-1] < 0.8
+    assert list(empty_folder.iterdir()) == []
+
+
+def test_progress_covers_all_volumes(empty_folder: Path) -> None:
+    shares: list[float] = []
+
+    write_study(empty_folder / "s", FORCEPS, count=3, seed=1, shape=SHAPE, progress=shares.append)
+
+    assert len(shares) == 3 * SHAPE[0]
+    assert np.all(np.diff(shares) > 0)
+    assert shares[-1] == pytest.approx(1)
