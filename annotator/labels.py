@@ -1,7 +1,7 @@
 """Labels that never cut a sentence off: they wrap, or they elide and say the whole in their tooltip."""
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 _LINE_LETTERS = 64
@@ -27,6 +27,21 @@ class WrappedText(QLabel):
         lines = self.text().split("\n")
         width = min(widest, max(self.fontMetrics().horizontalAdvance(line) for line in lines) + 2)
         return QSize(width, self.heightForWidth(width))
+
+    def setText(self, text: str) -> None:
+        super().setText(text)
+        if self.isVisible():
+            self._claim_height()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._claim_height()
+
+    def _claim_height(self) -> None:
+        # A window computes its smallest height at its hinted width: narrower, it would cut text off.
+        height = max(self.heightForWidth(self.width()), 0)
+        if height != self.minimumHeight():
+            self.setMinimumHeight(height)
 
     def set_color(self, color: QColor) -> None:
         """Draw the text in a colour of the theme."""
@@ -68,6 +83,10 @@ class ElidedText(QLabel):
     def setText(self, text: str) -> None:
         super().setText(text)
         self.setToolTip(text)
+
+    def sizeHint(self) -> QSize:
+        hint = super().sizeHint()
+        return hint.boundedTo(QSize(self.fontMetrics().averageCharWidth() * _LINE_LETTERS, hint.height()))
 
     def minimumSizeHint(self) -> QSize:
         few_letters = self.fontMetrics().horizontalAdvance("mmmm…")

@@ -4,11 +4,10 @@ from pathlib import Path
 from typing import Literal
 
 from PySide6.QtCore import Slot
-from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
-    QCommandLinkButton,
     QDialog,
     QDialogButtonBox,
+    QPushButton,
     QVBoxLayout,
     QWidget,
 )
@@ -57,15 +56,15 @@ class OverwriteDialog(QDialog):
         if path is not None:
             layout.addWidget(ElidedText(str(path)))
         for choice, title, explanation in _CHOICES:
-            button = QCommandLinkButton(title, explanation)
-            # Its own arrow is black, and not to be seen on a dark window.
-            button.setIcon(QIcon())
+            button = QPushButton(title)
             button.setObjectName(f"overwrite_{choice}")
-            button.setAccessibleName(title)
+            button.setAutoDefault(False)
             button.setAccessibleDescription(explanation)
             button.setProperty("choice", choice)
             button.clicked.connect(self._on_choice_clicked)
+            layout.addSpacing(self.fontMetrics().height() // 2)
             layout.addWidget(button)
+            layout.addWidget(WrappedText(explanation))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         cancel = buttons.button(QDialogButtonBox.StandardButton.Cancel)
         cancel.setObjectName("overwrite_cancel")
