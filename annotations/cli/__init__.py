@@ -5,6 +5,7 @@ Exit codes: 0, 1 for findings and failed files, 2 for misuse.
 """
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -36,6 +37,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     SystemExit
         With 2 for misuse, with 0 after ``--help`` and ``--version``.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # An old terminal that knows no µ gets an escape for it, not an error.
+        sys.stdout.reconfigure(errors="backslashreplace")
     arguments = _parser().parse_args(argv)
     try:
         code = _command(arguments.command)(arguments)

@@ -11,7 +11,7 @@ from annotations.errors import UserError
 
 def write_json(fields: Mapping[str, Any]) -> None:
     """Write one object on one line."""
-    sys.stdout.write(json.dumps(fields, allow_nan=False, ensure_ascii=False) + "\n")
+    sys.stdout.write(json.dumps(fields, allow_nan=False) + "\n")
 
 
 def write_text(text: str) -> None:

@@ -1,0 +1,168 @@
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from annotations.cli import main
+from annotations.volumes import write_sidecar
+
+Fields = dict[str, Any]
+
+
+def kinds(fields: Fields) -> list[str]:
+    return [finding["kind"] for finding in fields["findings"]]
+
+
+def test_sound_files_have_no_findings(study: Path, run_json: Any) -> None:
+    files = sorted((study / "annotations" / "truth").glob("*.json"))
+
+    code, objects, messages = run_json("check", *files)
+
+    assert (code, messages) == (0, "")
+    assert objects == [{"path": str(path), "findings": []} for path in files]
+
+
+def test_findings_in_words(study: Path, volume_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    volume_path.unlink()
+    files = [study / f"annotations/truth/v00{number}.keypoints.json" for number in (1, 2)]
+
+    assert main(["check", *map(str, files)]) == 1
+
+    captured = capsys.readouterr()
+    lines = captured.out.splitlines()
+    assert lines[0] == str(files[0])
+    assert lines[1].startswith("  volume: ")
+    assert str(volume_path) in lines[1]
+    assert lines[2:] == [str(files[1]), "  nothing found"]
+
+
+def _rename(fields: Fields) -> None:
+    fields["keypoints"][2]["name"] = "k9"
+
+
+def _duplicate(fields: Fields) -> None:
+    fields["keypoints"][2]["name"] = "k1"
+
+
+def _unknown_field(fields: Fields) -> None:
+    fields["colour"] = "blue"
+
+
+def _newer(fields: Fields) -> None:
+    fields["schema"] = "oct-annotation/2"
+
+
+def _position_without_state(fields: Fields) -> None:
+    fields["keypoints"][0]["state"] = "unplaced"
+
+
+def _zero_spacing(fields: Fields) -> None:
+    fields["volume"]["spacing_um"][1] = 0.0
+
+
+def _negative_spacing(fields: Fields) -> None:
+    fields["volume"]["spacing_um"][1] = -13.5
+
+
+@pytest.mark.parametrize(
+    ("edit", "kind", "said"),
+    [
+        (_rename, "keypoint", "k9"),
+        (_duplicate, "file", "k1"),
+        (_unknown_field, "file", "colour"),
+        (_newer, "file", "oct-annotation/2"),
+        (_position_without_state, "file", "unplaced"),
+        (_zero_spacing, "file", "spacing_um"),
+        (_negative_spacing, "file", "spacing_um"),
+    ],
+)
+def test_what_a_document_may_not_say_is_found(
+    truth_path: Path,
+    rewrite: Callable[..., None],
+    run_json: Any,
+    edit: Callable[[Fields], None],
+    kind: str,
+    said: str,
+) -> None:
+    rewrite(edit)
+    before = truth_path.read_bytes()
+
+    code, [fields], _ = run_json("check", truth_path)
+
+    assert code == 1
+    assert [finding["kind"] for finding in fields["findings"] if said in finding["problem"]] == [kind]
+    assert truth_path.read_bytes() == before
+
+
+def test_a_missing_volume_is_found(truth_path: Path, volume_path: Path, run_json: Any) -> None:
+    volume_path.unlink()
+
+    code, [fields], _ = run_json("check", truth_path)
+
+    assert (code, kinds(fields)) == (1, ["volume"])
+
+
+def test_a_changed_shape_is_found(truth_path: Path, volume_path: Path, run_json: Any) -> None:
+    np.save(volume_path, np.load(volume_path)[:-1])
+
+    code, [fields], _ = run_json("check", truth_path)
+
+    assert (code, kinds(fields)) == (1, ["shape"])
+    assert "(21, 39, 23)" in fields["findings"][0]["problem"]
+
+
+def test_changed_content_is_found(truth_path: Path, volume_path: Path, run_json: Any) -> None:
+    np.save(volume_path, np.load(volume_path)[::-1])
+
+    code, [fields], _ = run_json("check", truth_path)
+
+    assert (code, kinds(fields)) == (1, ["fingerprint"])
+
+
+def test_a_changed_spacing_is_found(truth_path: Path, volume_path: Path, run_json: Any) -> None:
+    write_sidecar(volume_path, (15.9, 13.5, 9.4), 2)
+
+    code, [fields], _ = run_json("check", truth_path)
+
+    assert (code, kinds(fields)) == (1, ["spacing"])
+
+
+def test_a_truncated_file_and_an_absent_one_are_found(
+    tmp_path: Path, truth_path: Path, run_json: Any
+) -> None:
+    truncated = tmp_path / "truncated.json"
+    truncated.write_text(truth_path.read_text()[:400])
+
+    code, objects, _ = run_json("check", truncated, tmp_path / "absent.json", truth_path)
+
+    assert code == 1
+    assert [kinds(fields) for fields in objects] == [["file"], ["file"], []]
+    assert "line" in objects[0]["findings"][0]["problem"]
+
+
+def test_an_implausible_link_is_found(truth_path: Path, rewrite: Callable[..., None], run_json: Any) -> None:
+    def swap(fields: Fields) -> None:
+        first, last = fields["keypoints"][0], fields["keypoints"][4]
+        first["position_um"], last["position_um"] = last["position_um"], first["position_um"]
+
+    rewrite(swap)
+
+    code, [fields], _ = run_json("check", truth_path)
+
+    assert code == 1
+    assert "link" in kinds(fields)
+
+
+def test_output_is_json_also_when_text_is_not_ascii(
+    truth_path: Path, rewrite: Callable[..., None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    rewrite(lambda fields: fields.update(größe=1))
+
+    assert main(["check", "--json", str(truth_path)]) == 1
+
+    out = capsys.readouterr().out
+    assert out.isascii()
+    assert "größe" in json.loads(out)["findings"][0]["problem"]

@@ -1,0 +1,141 @@
+import errno
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+
+from annotations.app_folders import tool_folder
+from annotations.cli import main
+from annotations.cli import synthesize as command
+from annotations.documents.study import load_study
+from annotations.geometry.tool_library import shipped_tools
+from annotations.synthesis import FULL_SHAPE
+
+SMALL = ("--shape", 9, 14, 11)
+
+
+def test_synthesize_makes_a_study(tmp_path: Path, run_json: Any) -> None:
+    folder = tmp_path / "s"
+
+    code, objects, messages = run_json("synthesize", folder, "--count", 2, "--seed", 7, *SMALL)
+
+    assert (code, messages) == (0, "")
+    assert [fields["path"] for fields in objects] == [str(folder / f"volumes/v00{n}.npy") for n in (1, 2)]
+    for fields in objects:
+        assert list(np.load(fields["path"], mmap_mode="r").shape) == fields["shape"] == [9, 14, 11]
+        assert run_json("check", fields["annotation"])[0] == 0
+    assert load_study(folder).tool == "magnetic-forceps"
+
+
+def test_what_was_made_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "s"
+
+    assert main(["synthesize", str(folder), "--count", "1", "--seed", "7", *map(str, SMALL)]) == 0
+
+    assert capsys.readouterr().out.splitlines() == [
+        str(folder / "volumes/v001.npy"),
+        f"  truth  {folder / 'annotations/truth/v001.keypoints.json'}",
+    ]
+
+
+def test_the_shape_is_the_full_volumes_unless_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[object] = []
+
+    def remember(*_arguments: object, **options: object) -> None:
+        asked.append(options["shape"])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "write_study", remember)
+
+    assert main(["synthesize", str(tmp_path / "s"), "--count", "1", "--seed", "1"]) == 130
+    assert asked == [FULL_SHAPE]
+
+
+@pytest.mark.parametrize("name", ["needle", "my-needle"])
+def test_another_tool_is_chosen_by_name(tmp_path: Path, run_json: Any, name: str) -> None:
+    own = shipped_tools()["needle"].model_copy(update={"name": "my-needle"})
+    tool_folder().mkdir(parents=True)
+    content = own.model_dump(mode="json", by_alias=True, exclude_none=True)
+    (tool_folder() / "my-needle.toml").write_text(tomli_w.dumps(content))
+
+    code, [fields], _ = run_json(
+        "synthesize", tmp_path / "s", "--count", 1, "--seed", 7, "--tool", name, *SMALL
+    )
+
+    assert code == 0
+    assert load_study(tmp_path / "s").tool == name
+    assert run_json("check", fields["annotation"])[0] == 0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ["--count", "0"],
+        ["--count", "many"],
+        ["--seed", "-1"],
+        ["--shape", "9", "0", "11"],
+        ["--shape", "9", "14"],
+        ["--tool", "spoon"],
+    ],
+)
+def test_impossible_wishes_are_misuse(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], wrong: list[str]
+) -> None:
+    wishes = {"--count": ["--count", "1"], "--seed": ["--seed", "1"], "--shape": list(map(str, SMALL))}
+    wishes[wrong[0]] = wrong
+
+    with pytest.raises(SystemExit) as caught:
+        main(["synthesize", str(tmp_path / "s"), *(word for words in wishes.values() for word in words)])
+
+    assert caught.value.code == 2
+    assert wrong[0] in capsys.readouterr().err
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_folder_in_use_is_left_alone(study: Path, run_json: Any) -> None:
+    before = {path: path.stat().st_mtime_ns for path in study.rglob("*")}
+
+    code, objects, messages = run_json("synthesize", study, "--count", 1, "--seed", 7, *SMALL)
+
+    assert (code, objects) == (1, [])
+    assert str(study) in messages
+    assert "already" in messages
+    assert {path: path.stat().st_mtime_ns for path in study.rglob("*")} == before
+
+
+@pytest.mark.parametrize(
+    ("function", "number"),
+    [
+        pytest.param("fsync", errno.ENOSPC, id="full disk"),
+        pytest.param("mkdir", errno.EROFS, id="read-only folder"),
+        pytest.param("mkdir", errno.EACCES, id="folder of another"),
+    ],
+)
+def test_what_the_system_refuses_is_told(
+    tmp_path: Path, run_json: Any, monkeypatch: pytest.MonkeyPatch, function: str, number: int
+) -> None:
+    def refuse(*_arguments: object, **_options: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, function, refuse)
+
+    code, objects, messages = run_json("synthesize", tmp_path / "s", "--count", 1, "--seed", 7, *SMALL)
+
+    assert (code, objects) == (1, [])
+    assert os.strerror(number) in messages
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_progress_is_for_terminals(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], is_terminal: bool
+) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: is_terminal)
+
+    assert main(["synthesize", str(tmp_path / "s"), "--count", "1", "--seed", "7", *map(str, SMALL)]) == 0
+
+    err = capsys.readouterr().err
+    assert err.endswith("100%\n") if is_terminal else err == ""
