@@ -78,7 +78,9 @@ def now() -> datetime:
 class Record(BaseModel):
     """A frozen part of a document; unknown fields are refused."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_by_name=True, validate_by_alias=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", validate_by_name=True, validate_by_alias=True, serialize_by_alias=True
+    )
 
 
 class VolumeReference(Record):

@@ -103,7 +103,7 @@ def _check_schema(fields: Any, where: object) -> None:
 
 def annotation_bytes(annotation: Annotation) -> bytes:
     """Return the bytes of an annotation's file: UTF-8 JSON, a keypoint a line, absent fields absent."""
-    fields = annotation.model_dump(mode="json", by_alias=True, exclude_none=True)
+    fields = annotation.model_dump(mode="json", exclude_none=True)
     for keypoint in fields["keypoints"]:
         if not keypoint["locked"]:
             del keypoint["locked"]

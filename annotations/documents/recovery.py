@@ -104,7 +104,7 @@ class RecoveryJournal:
         A program that is killed afterwards loses nothing; a computer without power loses what came after the
         last `sync`. SaveError if it cannot be written; what was recorded before is whole.
         """
-        line = json.dumps({"document": document.model_dump(mode="json", by_alias=True, exclude_none=True)})
+        line = json.dumps({"document": document.model_dump(mode="json", exclude_none=True)})
         with _failures_named(self.path):
             self._append(line)
         self._unsynced = True

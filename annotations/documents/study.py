@@ -103,7 +103,7 @@ def load_study(folder: Path) -> Study:
 
 def save_study(study: Study, folder: Path) -> None:
     """Write ``study.toml`` atomically, keeping the previous one as ``.bak``; SaveError if that fails."""
-    fields: dict[str, Any] = study.model_dump(mode="json", by_alias=True, exclude_none=True)
+    fields: dict[str, Any] = study.model_dump(mode="json", exclude_none=True)
     path = folder / STUDY_FILE
     replace_durably(path, tomli_w.dumps(fields).encode(), backup=path.with_name(f"{STUDY_FILE}.bak"))
 

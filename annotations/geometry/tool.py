@@ -40,7 +40,7 @@ class ToolError(UserError):
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", serialize_by_alias=True)
 
 
 class Keypoint(_Part):
@@ -152,7 +152,7 @@ class ToolSpecification(_Part):
     def fingerprint(self) -> str:
         """SHA-256, as hexadecimal digits, of the specification's content."""
         # Without defaults, so that a field that a later version adds leaves old fingerprints as they are.
-        content = self.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+        content = self.model_dump(mode="json", exclude_defaults=True)
         text = json.dumps(content, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()
 

@@ -103,7 +103,7 @@ def test_joints_may_be_listed_in_any_order(chain: Callable[..., ToolSpecificatio
 
 
 def test_two_jaws_open_from_one_link(chain: Callable[..., ToolSpecification]) -> None:
-    fields = chain(3).model_dump(mode="json", by_alias=True)
+    fields = chain(3).model_dump(mode="json")
     fields["links"][2] |= {"base": "k1", "tip": "k3"}
     fields["joints"][1] |= {"parent": "link0"}
     jaws = ToolSpecification.model_validate(fields)
@@ -115,7 +115,7 @@ def test_two_jaws_open_from_one_link(chain: Callable[..., ToolSpecification]) ->
 
 
 def test_a_link_that_hangs_on_nothing_has_no_place(chain: Callable[..., ToolSpecification]) -> None:
-    fields = chain(3).model_dump(by_alias=True)
+    fields = chain(3).model_dump()
     fields["joints"] = fields["joints"][:1]
     loose = ToolSpecification.model_validate(fields)
     assert set(link_frames(ToolPose((0.0, 0.0, 0.0), STRAIGHT), loose)) == {"link0", "link1"}

@@ -1,0 +1,180 @@
+"""Documents to test with, and what Hypothesis draws when it is asked for an `Annotation` or a part of one."""
+
+import json
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, get_args
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+
+from annotations.documents.annotation import (
+    Annotation,
+    BoxAnnotation,
+    Certainty,
+    KeypointAnnotation,
+    Method,
+    Source,
+    State,
+    Status,
+    VolumeReference,
+    new_annotation,
+)
+from annotations.documents.volume_link import reference_to
+from annotations.geometry.rotations import quaternion
+from annotations.geometry.tool import ToolSpecification
+from annotations.geometry.tool_library import shipped_tools
+from annotations.volumes import fingerprint, open_volume
+
+SPACING_UM = (15.9, 13.5, 9.4)
+
+# What people type into name fields: any script, quotes, line ends, controls; no halves of surrogate pairs.
+words = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
+names = words.filter(bool)
+paths = names.filter(lambda text: "\0" not in text)
+coordinates = st.floats(allow_nan=False, allow_infinity=False)
+positions = st.tuples(coordinates, coordinates, coordinates)
+lengths = st.floats(min_value=5e-324, allow_infinity=False)
+spacings = st.tuples(lengths, lengths, lengths)
+moments = st.datetimes(timezones=st.just(UTC)).map(lambda moment: moment.replace(microsecond=0))
+rotations = st.tuples(*[st.floats(-1, 1)] * 4).filter(any).map(quaternion)
+
+
+@st.composite
+def keypoints(draw: st.DrawFn, named: st.SearchStrategy[str] = names) -> KeypointAnnotation:
+    fields: dict[str, Any] = {
+        "name": draw(named),
+        "state": draw(st.sampled_from(get_args(State))),
+        "certainty": draw(st.sampled_from(get_args(Certainty))),
+        "locked": draw(st.booleans()),
+    }
+    if fields["state"] != "unplaced":
+        fields["position_um"] = draw(positions)
+        fields["source"] = draw(st.sampled_from(get_args(Source)))
+    return KeypointAnnotation(**fields)
+
+
+@st.composite
+def boxes(draw: st.DrawFn, named: st.SearchStrategy[str] = names) -> BoxAnnotation:
+    fields: dict[str, Any] = {
+        "link": draw(named),
+        "state": draw(st.sampled_from(get_args(State))),
+        "certainty": draw(st.sampled_from(get_args(Certainty))),
+    }
+    if fields["state"] != "unplaced":
+        fields["center_um"] = draw(positions)
+        fields["size_um"] = draw(spacings)
+        fields["rotation_wxyz"] = draw(rotations)
+        fields["source"] = draw(st.sampled_from(get_args(Source)))
+    return BoxAnnotation(**fields)
+
+
+volumes = st.builds(
+    VolumeReference,
+    path=paths,
+    dataset=st.none() | words,
+    shape=st.tuples(*[st.integers(1, 10_000)] * 3),
+    dtype=words,
+    spacing_um=spacings,
+    fingerprint=words,
+)
+
+
+@st.composite
+def documents(draw: st.DrawFn) -> Annotation:
+    tool = draw(st.sampled_from(list(shipped_tools().values())))
+    travels = draw(st.booleans())
+    return Annotation(
+        volume=draw(volumes),
+        tool=tool.name if travels else draw(words),
+        tool_fingerprint=tool.fingerprint if travels else draw(st.none() | words),
+        tool_copy=tool if travels else None,
+        annotator=draw(words),
+        method=draw(st.sampled_from(get_args(Method))),
+        status=draw(st.sampled_from(get_args(Status))),
+        keypoints=tuple(draw(st.lists(keypoints(), max_size=9, unique_by=lambda keypoint: keypoint.name))),
+        boxes=tuple(draw(st.lists(boxes(), max_size=3, unique_by=lambda box: box.link))),
+        created=draw(moments),
+        modified=draw(moments),
+        active_seconds=draw(st.floats(0, allow_infinity=False)),
+        program=draw(words),
+    )
+
+
+st.register_type_strategy(KeypointAnnotation, keypoints())
+st.register_type_strategy(BoxAnnotation, boxes())
+st.register_type_strategy(VolumeReference, volumes)
+st.register_type_strategy(Annotation, documents())
+
+
+@pytest.fixture(scope="session")
+def forceps() -> ToolSpecification:
+    return shipped_tools()["magnetic-forceps"]
+
+
+@pytest.fixture
+def probe() -> ToolSpecification:
+    """A user's own tool, which does not ship."""
+    fields = shipped_tools()["needle"].model_dump(mode="json")
+    return ToolSpecification.model_validate(fields | {"name": "probe"})
+
+
+@pytest.fixture
+def write_volume() -> Callable[..., Path]:
+    """Write a small volume of a seed, and return its path."""
+
+    def write(path: Path, seed: int = 1, shape: tuple[int, ...] = (6, 5, 4), dtype: str = "uint8") -> Path:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.save(path, np.random.default_rng(seed).integers(0, 200, shape).astype(dtype))
+        return path
+
+    return write
+
+
+@pytest.fixture
+def begin_document(forceps: ToolSpecification) -> Callable[..., Annotation]:
+    """Begin a document about a volume on disk, as the application does."""
+
+    def begin(
+        volume_path: Path, annotation_path: Path, tool: ToolSpecification = forceps, ships: bool = True
+    ) -> Annotation:
+        with open_volume(volume_path) as volume:
+            reference = reference_to(volume, SPACING_UM, annotation_path, fingerprint(volume))
+        return new_annotation(reference, tool, "anna", "keypoints", ships=ships)
+
+    return begin
+
+
+@pytest.fixture
+def document(forceps: ToolSpecification) -> Annotation:
+    """A fresh document about a volume that is not there."""
+    reference = VolumeReference(
+        path="../volumes/v001.npy",
+        shape=(1096, 1936, 1152),
+        dtype="uint8",
+        spacing_um=SPACING_UM,
+        fingerprint="0" * 64,
+    )
+    fresh = new_annotation(reference, forceps, "anna", "keypoints", ships=True)
+    begun = datetime(2026, 11, 22, 5, 0, 0, tzinfo=UTC)
+    return fresh.model_copy(update={"created": begun, "modified": begun})
+
+
+@pytest.fixture
+def example() -> dict[str, Any]:
+    """The example of the file format's description, as an editor or another program might write it."""
+    example: dict[str, Any] = json.loads(
+        """
+        {"schema": "oct-annotation/1",
+         "volume": {"path": "../volumes/v001.npy", "shape": [1096, 1936, 1152], "dtype": "uint8",
+                    "spacing_um": [15.9, 13.5, 9.4], "fingerprint": "…"},
+         "tool": "magnetic-forceps", "annotator": "anna", "method": "keypoints", "status": "in_progress",
+         "keypoints": [{"name": "k0", "state": "placed", "position_um": [9345.8, 9865.5, 2184.0],
+                        "certainty": "sure", "source": "clicked"}],
+         "boxes": [],
+         "created": "2026-11-22T05:00:00Z", "modified": "2026-11-22T05:03:10Z", "program": "0.1.0"}
+        """
+    )
+    return example
