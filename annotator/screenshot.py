@@ -2,6 +2,7 @@
 
 import sys
 import tempfile
+import traceback
 from pathlib import Path
 
 from PySide6.QtCore import QBuffer, QIODevice, QPoint, QSize, QTimer
@@ -12,6 +13,7 @@ from annotations.durable_files import replace_durably
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotations.volumes import DatasetChoice
+from annotator.crash_log import CrashLog
 from annotator.demo import open_demo
 from annotator.session import Session
 from annotator.session_options import SessionOptions
@@ -58,6 +60,11 @@ class Photographer:
         self._window.prepare_scene()
         self._timer.start()
 
+    def give_up(self, error: Exception) -> None:
+        """Leave without a picture because of an error that nobody foresaw."""
+        _say("".join(traceback.format_exception(error)))
+        self._failed = True
+
     def _on_session_spacing_requested(self, _volume: object, _offered_um: object) -> None:
         self._window.status.say_spacing_is_unknown()
         self._session.provide_spacing(_UNIT_UM, remember=False)
@@ -98,7 +105,7 @@ class Photographer:
         buffer.open(QIODevice.OpenModeFlag.WriteOnly)
         picture.save(buffer, "PNG")
         try:
-            replace_durably(self._picture_path, buffer.data().data())
+            replace_durably(self._picture_path, bytes(buffer.data().data()))
         except UserError as error:
             _say(str(error))
         else:
@@ -145,13 +152,17 @@ def take_screenshot(
                 recovery_folder=folder / "recovery",
             )
         )
-        window = MainWindow(session, settings, folder / "annotator.log", asks=False)
+        crash_log = CrashLog(folder / "annotator.log")
+        crash_log.start()
+        window = MainWindow(session, settings, crash_log.path, asks=False)
         window.resize(QSize(*size))
         window.show()
         photographer = Photographer(window, picture_path)
+        crash_log.unexpected_error.connect(photographer.give_up)
         QTimer.singleShot(0, lambda: photographer.begin(path))
         application.exec()
         session.shut_down()
+        crash_log.stop()
     return photographer.code
 
 

@@ -11,8 +11,8 @@ from PySide6.QtCore import QObject, QSocketNotifier
 class Termination(QObject):
     """Calls something in the GUI thread when the process is to end (SIGTERM, Ctrl+C, a terminal that closes).
 
-    Python's signal handlers wait for the interpreter, and Qt's event loop does not return to it by itself: the
-    signal's number comes through a socket that the loop watches.
+    Python's signal handlers wait for the interpreter, and Qt's event loop does not return to it by itself:
+    the signal's number comes through a socket that the loop watches.
     """
 
     def __init__(self, end: Callable[[], object], parent: QObject | None = None) -> None:

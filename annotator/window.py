@@ -37,7 +37,9 @@ from annotator.view_handlers import ViewHandlers
 from annotator.window_handlers import WindowHandlers
 
 _TITLE = "OCT Annotator"
-_FIRST_SIZE = QSize(1400, 900)
+_FIRST_SIZE = QSize(1600, 1000)
+# Parts of the window's width, at the first start, on the left and on the right.
+_DOCK_WIDTHS = (0.12, 0.28)
 
 
 class MainWindow(QMainWindow):
@@ -214,10 +216,11 @@ class MainWindow(QMainWindow):
 
     def _restore_layout(self) -> None:
         self.resize(_FIRST_SIZE.boundedTo(self.screen().availableSize()))
-        unit = self.fontMetrics().averageCharWidth()
         docks = self._docks
         self.resizeDocks(
-            [docks["worklist"], docks["keypoints"]], [30 * unit, 56 * unit], Qt.Orientation.Horizontal
+            [docks["worklist"], docks["keypoints"]],
+            [round(part * self.width()) for part in _DOCK_WIDTHS],
+            Qt.Orientation.Horizontal,
         )
         self._parts.keep_layout()
         if not self._settings.window_geometry.isEmpty():
