@@ -1,0 +1,210 @@
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import get_args
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given
+
+from annotations.documents.annotation import (
+    Annotation,
+    Certainty,
+    KeypointAnnotation,
+    Source,
+    State,
+    Status,
+    changed,
+)
+from annotations.documents.edits import (
+    EditRefused,
+    clear_keypoint,
+    lock_keypoint,
+    place_keypoint,
+    set_certainty,
+    set_state,
+    set_status,
+)
+from annotations.documents.files import annotation_bytes
+
+Edit = Callable[[Annotation], Annotation]
+
+HERE_UM = (100.0, 200.0, 300.0)
+THERE_UM = (-5.0, 0.0, 1e7)
+
+positions = st.tuples(*[st.floats(-1e6, 1e6)] * 3)
+
+
+def edits_of(kind: str, name: str) -> st.SearchStrategy[Edit]:
+    """Draw edits of one kind, of the keypoint of that name where they are about one."""
+    return {
+        "place": st.builds(
+            lambda position_um, source: partial(
+                place_keypoint, name=name, position_um=position_um, source=source
+            ),
+            positions,
+            st.sampled_from(get_args(Source)),
+        ),
+        "state": st.builds(
+            lambda state: partial(set_state, name=name, state=state), st.sampled_from(get_args(State))
+        ),
+        "certainty": st.builds(
+            lambda certainty: partial(set_certainty, name=name, certainty=certainty),
+            st.sampled_from(get_args(Certainty)),
+        ),
+        "clear": st.just(partial(clear_keypoint, name=name)),
+        "lock": st.builds(lambda locked: partial(lock_keypoint, name=name, locked=locked), st.booleans()),
+        "status": st.builds(
+            lambda status: partial(set_status, status=status), st.sampled_from(get_args(Status))
+        ),
+    }[kind]
+
+
+KINDS = ["place", "state", "certainty", "clear", "lock", "status"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@given(document=..., data=st.data())
+def test_undo_restores_the_document_exactly(kind: str, document: Annotation, data: st.DataObject) -> None:
+    names = [keypoint.name for keypoint in document.keypoints] or ["k0"]
+    edit = data.draw(edits_of(kind, data.draw(st.sampled_from(names))))
+    content, stack = annotation_bytes(document), [document]
+    try:
+        stack.append(edit(document))
+    except EditRefused:
+        assert annotation_bytes(document) == content
+        return
+    before, after = stack
+    # Undo goes back to `before`, which the edit has left alone; redo gives `after` again.
+    assert annotation_bytes(before) == content
+    assert edit(before) == after
+    assert (after is before) == (annotation_bytes(after) == content)
+    # Nothing else has changed: an edit of a keypoint is about that keypoint, one of the status about none.
+    assert [keypoint.name for keypoint in after.keypoints] == [keypoint.name for keypoint in before.keypoints]
+    different = [
+        one.name for one, other in zip(before.keypoints, after.keypoints, strict=True) if one != other
+    ]
+    assert len(different) <= (0 if kind == "status" else 1)
+    restored = changed(after, keypoints=before.keypoints, status=before.status)
+    assert annotation_bytes(restored) == content
+
+
+@given(document=..., data=st.data())
+def test_many_edits_are_undone_one_by_one(document: Annotation, data: st.DataObject) -> None:
+    names = [keypoint.name for keypoint in document.keypoints] or ["k0"]
+    stack, contents, made = [document], [annotation_bytes(document)], []
+    for kind in data.draw(st.lists(st.sampled_from(KINDS), max_size=12)):
+        edit = data.draw(edits_of(kind, data.draw(st.sampled_from(names))))
+        try:
+            stack.append(edit(stack[-1]))
+        except EditRefused:
+            continue
+        made.append(edit)
+        contents.append(annotation_bytes(stack[-1]))
+    assert [annotation_bytes(each) for each in reversed(stack)] == contents[::-1]
+    redone = stack[0]
+    for edit in made:
+        redone = edit(redone)
+    assert redone == stack[-1]
+
+
+def test_placing_makes_an_unplaced_keypoint_placed(document: Annotation) -> None:
+    placed = place_keypoint(document, "k2", HERE_UM, "clicked")
+    assert placed.keypoint("k2") == KeypointAnnotation(
+        name="k2", state="placed", position_um=HERE_UM, source="clicked"
+    )
+    assert document.keypoint("k2").state == "unplaced"
+
+
+@pytest.mark.parametrize("state", ["occluded", "out_of_view"])
+def test_moving_keeps_what_was_said_about_a_keypoint(document: Annotation, state: State) -> None:
+    placed = place_keypoint(document, "k2", HERE_UM, "clicked")
+    said = set_certainty(set_state(placed, "k2", state), "k2", "unsure")
+    moved = place_keypoint(said, "k2", THERE_UM, "dragged").keypoint("k2")
+    assert (moved.state, moved.certainty, moved.position_um, moved.source) == (
+        state,
+        "unsure",
+        THERE_UM,
+        "dragged",
+    )
+
+
+def test_clearing_leaves_a_fresh_keypoint(document: Annotation) -> None:
+    placed = set_certainty(place_keypoint(document, "k2", HERE_UM, "clicked"), "k2", "unsure")
+    assert clear_keypoint(placed, "k2") == document
+    assert set_state(placed, "k2", "unplaced") == document
+
+
+@pytest.mark.parametrize("state", ["placed", "occluded", "out_of_view"])
+def test_without_a_position_a_keypoint_is_unplaced(document: Annotation, state: State) -> None:
+    with pytest.raises(EditRefused, match="has no position yet"):
+        set_state(document, "k2", state)
+
+
+def test_an_edit_that_changes_nothing_is_none(document: Annotation) -> None:
+    placed = place_keypoint(document, "k2", HERE_UM, "clicked")
+    for edit in (
+        partial(place_keypoint, name="k2", position_um=HERE_UM, source="clicked"),
+        partial(set_state, name="k2", state="placed"),
+        partial(set_certainty, name="k2", certainty="sure"),
+        partial(clear_keypoint, name="k3"),
+        partial(set_state, name="k3", state="unplaced"),
+        partial(lock_keypoint, name="k2", locked=False),
+        partial(set_status, status="in_progress"),
+    ):
+        assert edit(placed) is placed, edit
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        partial(place_keypoint, name="k2", position_um=THERE_UM, source="clicked"),
+        partial(place_keypoint, name="k2", position_um=HERE_UM, source="clicked"),
+        partial(set_state, name="k2", state="occluded"),
+        partial(set_state, name="k2", state="unplaced"),
+        partial(set_certainty, name="k2", certainty="unsure"),
+        partial(clear_keypoint, name="k2"),
+    ],
+)
+def test_a_locked_keypoint_refuses_every_change(document: Annotation, edit: Edit) -> None:
+    locked = lock_keypoint(place_keypoint(document, "k2", HERE_UM, "clicked"), "k2", True)
+    with pytest.raises(EditRefused, match=r"keypoint k2 is locked\. Unlock it to change it"):
+        edit(locked)
+    edit(lock_keypoint(locked, "k2", False))
+
+
+def test_a_lock_is_for_its_keypoint_alone(document: Annotation) -> None:
+    locked = lock_keypoint(document, "k2", True)
+    assert place_keypoint(locked, "k3", HERE_UM, "clicked").keypoint("k3").position_um == HERE_UM
+    assert set_status(locked, "done").status == "done"
+
+
+def test_an_unknown_keypoint_is_refused(document: Annotation) -> None:
+    for edit in (
+        partial(place_keypoint, name="k9", position_um=HERE_UM, source="clicked"),
+        partial(set_state, name="k9", state="unplaced"),
+        partial(set_certainty, name="k9", certainty="unsure"),
+        partial(clear_keypoint, name="k9"),
+        partial(lock_keypoint, name="k9", locked=True),
+    ):
+        with pytest.raises(EditRefused, match="no keypoint 'k9'; the document has k0, k1, k2, k3, k4, k5"):
+            edit(document)
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
+def test_a_position_is_finite(document: Annotation, wrong: float) -> None:
+    with pytest.raises(EditRefused, match=r"keypoint k2: position_um\.1: Input should be a finite number"):
+        place_keypoint(document, "k2", (0.0, wrong, 0.0), "clicked")
+
+
+def test_positions_from_numpy_become_plain_floats(document: Annotation) -> None:
+    first, second, third = np.array([1.0, 2.0, 3.0])
+    position_um = place_keypoint(document, "k2", (first, second, third), "clicked").positions_um["k2"]
+    assert [type(value) for value in position_um] == [float, float, float]
+
+
+def test_editing_is_no_stamp(document: Annotation) -> None:
+    placed = place_keypoint(document, "k2", HERE_UM, "clicked")
+    assert placed.modified == document.modified
+    assert placed.active_seconds == document.active_seconds
