@@ -1,0 +1,412 @@
+import errno
+import json
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+
+from annotations import __version__
+from annotations.documents.annotation import Annotation, BoxAnnotation, changed, without_stamps
+from annotations.documents.edits import place_keypoint, set_status
+from annotations.documents.files import (
+    ChangedOnDisk,
+    DocumentError,
+    annotation_bytes,
+    backup_path,
+    completed,
+    file_identity,
+    load_annotation,
+    parse_annotation,
+    save_annotation,
+    ships,
+    tool_of,
+)
+from annotations.durable_files import SaveError
+from annotations.geometry.tool import ToolError, ToolSpecification
+
+HERE_UM = (9345.8, 9865.5, 2184.0)
+
+# As a person or another program may have laid it out; the table below spoils it in one place a row.
+EXAMPLE = """{"schema": "oct-annotation/1",
+ "volume": {"path": "../volumes/v001.npy", "shape": [1096, 1936, 1152], "dtype": "uint8",
+            "spacing_um": [15.9, 13.5, 9.4], "fingerprint": "…"},
+ "tool": "magnetic-forceps", "annotator": "anna", "method": "keypoints", "status": "in_progress",
+ "keypoints": [{"name": "k0", "state": "placed", "position_um": [9345.8, 9865.5, 2184.0],
+                "certainty": "sure", "source": "clicked"},
+               {"name": "k1", "state": "unplaced"}],
+ "boxes": [],
+ "created": "2026-11-22T05:00:00Z", "modified": "2026-11-22T05:03:10Z", "program": "0.1.0"}
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "annotations" / "v001.keypoints.json"
+
+
+@pytest.fixture
+def saved(document: Annotation, path: Path) -> tuple[Annotation, str]:
+    return save_annotation(document, path, expected="")
+
+
+def test_the_example_of_the_format_is_read(example: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "example.json"
+    path.write_text(json.dumps(example), encoding="utf-8")
+    document, _ = load_annotation(path)
+    assert document.positions_um == {"k0": (9345.8, 9865.5, 2184.0)}
+    assert document.keypoint("k0").source == "clicked"
+    assert document.volume.shape == (1096, 1936, 1152)
+    written = json.loads(annotation_bytes(document))
+    assert {name: written[name] for name in example} == example
+    assert parse_annotation(EXAMPLE.encode(), "example").keypoint("k0") == document.keypoint("k0")
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "line", "problem"),
+    [
+        ('"state": "placed"', '"state": "plcaed"', 5, "keypoints.0.state: Input should be 'placed', 'occlu"),
+        ('"state": "placed", ', "", 5, "keypoints.0: keypoint 'k0' is unplaced but has a position_um"),
+        ('"state": "unplaced"', '"state": "occluded"', 7, "'k1' is occluded but has no position_um"),
+        ('"certainty": "sure"', '"certainty": 1', 6, "keypoints.0.certainty: Input should be 'sure' or"),
+        ('"source": "clicked"', '"sauce": "clicked"', 6, "the field 'keypoints.0.sauce' is unknown"),
+        ('"name": "k1", ', "", 7, "the field 'keypoints.1.name' is missing"),
+        ('"name": "k1"', '"name": "k0"', 7, "keypoint 'k0' stands more than once"),
+        ('"name": "k1"', '"name": "k1",\n "name": "k2"', 8, "the field 'name' stands twice in one object"),
+        ('"boxes": []', '"boxes": [],\n "tool": "needle"', 9, "the field 'tool' stands twice in one object"),
+        ('"boxes": []', '"boxes": {}', 8, "boxes: Input should be a valid tuple"),
+        ('"boxes": []', '"boxs": []', 8, "the field 'boxs' is unknown"),
+        ('"boxes": []', '"schema_id": "oct-annotation/1"', 8, "the field 'schema_id' is unknown"),
+        (
+            "9345.8",
+            '"9345.8"',
+            5,
+            "keypoints.0.position_um.0: Input should be a valid number, found '9345.8'",
+        ),
+        ("9345.8", "true", 5, "keypoints.0.position_um.0: Input should be a valid number, found True"),
+        ("9345.8", "null", 5, "keypoints.0.position_um.0: Input should be a valid number, found None"),
+        ("9345.8", "NaN", 5, "NaN is not a number"),
+        ("9345.8", "1e999", 5, "keypoints.0.position_um.0: Input should be a finite number, found inf"),
+        ("9345.8, ", "", 5, "the field 'keypoints.0.position_um.2' is missing"),
+        ("[15.9, 13.5", "[0, 13.5", 3, "volume.spacing_um.0: Input should be greater than 0, found 0"),
+        (
+            "[15.9, 13.5",
+            "[15.9, -13.5",
+            3,
+            "volume.spacing_um.1: Input should be greater than 0, found -13.5",
+        ),
+        ("1936, 1152", "1936.5, 1152", 2, "volume.shape.1: Input should be a valid integer, found 1936.5"),
+        ("1936, 1152]", "1936]", 2, "the field 'volume.shape.2' is missing"),
+        ('"../volumes/v001.npy"', '""', 2, "volume.path: a path is not empty"),
+        ('"keypoints", "status"', '"points", "status"', 4, "method: Input should be 'keypoints' or 'boxes'"),
+        ('"annotator": "anna", ', "", 1, "the field 'annotator' is missing"),
+        ("2026-11-22T05:00:00Z", "22.11.2026", 9, "created: a time is written like 2026-11-22T05:00:00Z"),
+        ("05:00:00Z", "05:00:00", 9, "created: a time must say its zone"),
+        ('"program": "0.1.0"}', '"program": "0.1.0"', 10, "the file is truncated"),
+        ('"status": "in_progress",', '"status": "in_progress"', 5, "it is not valid JSON (Expecting ',' del"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_the_line(
+    tmp_path: Path, right: str, wrong: str, line: int, problem: str
+) -> None:
+    assert EXAMPLE.count(right) == 1
+    path = tmp_path / "wrong.json"
+    content = EXAMPLE.replace(right, wrong).encode()
+    path.write_bytes(content)
+    with pytest.raises(DocumentError) as refused:
+        load_annotation(path)
+    assert str(refused.value).startswith(f"{path}, line {line}: ")
+    assert problem in str(refused.value)
+    assert refused.value.remedy
+    assert path.read_bytes() == content
+
+
+@pytest.mark.parametrize("schema", ['"oct-annotation/2"', '"oct-annotation/1.1"'])
+def test_a_newer_schema_asks_for_a_newer_program(schema: str) -> None:
+    newer = EXAMPLE.replace('"oct-annotation/1"', schema).replace('"boxes": []', '"future": []')
+    with pytest.raises(DocumentError, match="Open it with the newer version of the program that wrote it"):
+        parse_annotation(newer.encode(), "newer.json")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[]", "5", "null", '"text"', "{}", '{"schema": 1}', '{"schema": "oct-tool/1"}', '{"schema": null}'],
+)
+def test_another_kind_of_file_is_refused(text: str) -> None:
+    with pytest.raises(DocumentError, match="it is not an annotation file"):
+        parse_annotation(text.encode(), "other.json")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"\x93NUMPY\x01\x00", EXAMPLE.encode("utf-16"), EXAMPLE.encode("latin-1", "replace") + b"\xe9"],
+)
+def test_what_is_no_text_is_refused(content: bytes) -> None:
+    with pytest.raises(DocumentError, match="it is not text"):
+        parse_annotation(content, "other.json")
+
+
+def test_a_byte_order_mark_is_no_mistake() -> None:
+    assert parse_annotation(EXAMPLE.encode("utf-8-sig"), "x") == parse_annotation(EXAMPLE.encode(), "x")
+
+
+def test_a_file_that_is_cut_off_anywhere_is_refused(document: Annotation) -> None:
+    content = annotation_bytes(place_keypoint(document, "k0", HERE_UM, "clicked"))
+    for length in range(len(content) - 1):
+        with pytest.raises(DocumentError):
+            parse_annotation(content[:length], "cut.json")
+    # The last byte is only the end of the line.
+    assert parse_annotation(content[:-1], "cut.json") == parse_annotation(content, "cut.json")
+
+
+def test_an_absent_file_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(DocumentError, match=os.strerror(errno.ENOENT)):
+        load_annotation(tmp_path / "absent.json")
+
+
+def test_a_folder_in_place_of_the_file_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(DocumentError, match="could not be read"):
+        load_annotation(tmp_path)
+
+
+def test_a_forbidden_file_is_an_error(
+    path: Path, saved: tuple[Annotation, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def forbid(_: Path) -> bytes:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "read_bytes", forbid)
+    with pytest.raises(DocumentError, match="Permission denied"):
+        load_annotation(path)
+
+
+def test_a_volume_taken_for_an_annotation_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "volume.npy"
+    with path.open("wb") as stream:
+        stream.truncate(2_400_000_000)
+    with pytest.raises(DocumentError, match="too large for an annotation file"):
+        load_annotation(path)
+
+
+@given(document=...)
+def test_a_file_holds_the_whole_document(document: Annotation) -> None:
+    assert parse_annotation(annotation_bytes(document), "x") == document
+
+
+@given(document=...)
+@settings(max_examples=25)
+def test_what_is_saved_is_what_is_loaded(document: Annotation) -> None:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "v001.json"
+        written, identity = save_annotation(document, path, expected="")
+        loaded, found = load_annotation(path)
+        assert (loaded, found) == (written, identity)
+        assert without_stamps(loaded) == without_stamps(document)
+
+
+def test_a_file_is_read_by_people_line_by_line(document: Annotation) -> None:
+    placed = place_keypoint(document, "k1", HERE_UM, "clicked")
+    assert annotation_bytes(changed(placed, annotator="Ännchen")).decode() == (
+        '{"schema": "oct-annotation/1",\n'
+        ' "volume": {"path": "../volumes/v001.npy", "shape": [1096, 1936, 1152], "dtype": "uint8",'
+        f' "spacing_um": [15.9, 13.5, 9.4], "fingerprint": "{"0" * 64}"}},\n'
+        ' "tool": "magnetic-forceps",\n'
+        f' "tool_fingerprint": "{placed.tool_fingerprint}",\n'
+        ' "annotator": "Ännchen",\n'
+        ' "method": "keypoints",\n'
+        ' "status": "in_progress",\n'
+        ' "keypoints": [\n'
+        '  {"name": "k0", "state": "unplaced", "certainty": "sure"},\n'
+        '  {"name": "k1", "state": "placed", "position_um": [9345.8, 9865.5, 2184.0],'
+        ' "certainty": "sure", "source": "clicked"},\n'
+        '  {"name": "k2", "state": "unplaced", "certainty": "sure"},\n'
+        '  {"name": "k3", "state": "unplaced", "certainty": "sure"},\n'
+        '  {"name": "k4", "state": "unplaced", "certainty": "sure"},\n'
+        '  {"name": "k5", "state": "unplaced", "certainty": "sure"}\n'
+        " ],\n"
+        ' "boxes": [],\n'
+        ' "created": "2026-11-22T05:00:00Z",\n'
+        ' "modified": "2026-11-22T05:00:00Z",\n'
+        ' "active_seconds": 0.0,\n'
+        f' "program": "{__version__}"}}\n'
+    )
+
+
+@pytest.mark.parametrize("value", [0.1, 1 / 3, 1e-310, 123456789.123456789, 2**53 + 2.0, -0.0])
+def test_numbers_are_written_as_short_as_they_can_be_read_back(document: Annotation, value: float) -> None:
+    content = annotation_bytes(place_keypoint(document, "k0", (value, 0.0, 0.0), "typed"))
+    assert f"[{value!r}, 0.0, 0.0]".encode() in content
+    assert parse_annotation(content, "x").positions_um["k0"][0].hex() == value.hex()
+
+
+def test_a_volumes_name_that_is_no_unicode_survives(document: Annotation) -> None:
+    strange = os.fsdecode(b"../volumes/Gr\xfc\xdfe.npy")
+    kept = changed(document, volume=changed(document.volume, path=strange))
+    assert parse_annotation(annotation_bytes(kept), "x").volume.path == strange
+
+
+def test_saving_stamps_the_file_alone(document: Annotation, path: Path) -> None:
+    written, _ = save_annotation(document, path, expected="", active_seconds=12.5)
+    assert written.modified > document.modified
+    assert (written.active_seconds, written.program, written.created) == (12.5, __version__, document.created)
+    again, _ = save_annotation(written, path, expected=None)
+    assert again.active_seconds == 12.5
+
+
+def test_the_previous_version_is_kept(document: Annotation, path: Path) -> None:
+    _, identity = save_annotation(document, path, expected="")
+    assert not backup_path(path).exists()
+    first = path.read_bytes()
+    save_annotation(set_status(document, "done"), path, expected=identity)
+    assert backup_path(path).read_bytes() == first
+    assert load_annotation(path)[0].status == "done"
+    assert load_annotation(backup_path(path))[0].status == "in_progress"
+
+
+def test_a_file_that_another_program_changed_is_not_overwritten(
+    document: Annotation, path: Path, saved: tuple[Annotation, str]
+) -> None:
+    _, identity = saved
+    theirs = annotation_bytes(set_status(document, "done"))
+    path.write_bytes(theirs)
+    with pytest.raises(ChangedOnDisk, match="another program has changed it"):
+        save_annotation(document, path, expected=identity)
+    assert path.read_bytes() == theirs
+    assert sorted(path.parent.iterdir()) == [path]
+    # On demand it is, and then theirs is the backup.
+    written, identity = save_annotation(document, path, expected=None)
+    assert backup_path(path).read_bytes() == theirs
+    save_annotation(written, path, expected=identity)
+
+
+def test_a_file_that_appeared_meanwhile_is_not_overwritten(
+    document: Annotation, path: Path, saved: tuple[Annotation, str]
+) -> None:
+    with pytest.raises(ChangedOnDisk):
+        save_annotation(document, path, expected="")
+
+
+def test_a_file_that_vanished_meanwhile_is_noticed(
+    document: Annotation, path: Path, saved: tuple[Annotation, str]
+) -> None:
+    path.unlink()
+    with pytest.raises(ChangedOnDisk):
+        save_annotation(document, path, expected=saved[1])
+    assert file_identity(path) == ""
+
+
+def test_a_touched_file_with_the_same_content_is_no_change(
+    document: Annotation, path: Path, saved: tuple[Annotation, str]
+) -> None:
+    content = path.read_bytes()
+    path.unlink()
+    path.write_bytes(content)
+    os.utime(path, (0, 0))
+    save_annotation(set_status(document, "done"), path, expected=saved[1])
+    assert load_annotation(path)[0].status == "done"
+
+
+def test_a_full_disk_leaves_the_old_file(
+    document: Annotation, path: Path, saved: tuple[Annotation, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = path.read_bytes()
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "fsync", full)
+        with pytest.raises(SaveError, match="No space left on device"):
+            save_annotation(set_status(document, "done"), path, expected=saved[1])
+    assert sorted(path.parent.iterdir()) == [path]
+    assert path.read_bytes() == before
+    # With space again the same save succeeds: nobody has to say "overwrite".
+    save_annotation(set_status(document, "done"), path, expected=saved[1])
+    assert load_annotation(path)[0].status == "done"
+
+
+def test_an_unreadable_file_is_not_overwritten_unseen(
+    document: Annotation, path: Path, saved: tuple[Annotation, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def forbid(_: Path) -> bytes:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "read_bytes", forbid)
+    with pytest.raises(SaveError, match="could not be compared"):
+        save_annotation(document, path, expected=saved[1])
+
+
+def test_loading_takes_well_under_five_milliseconds(document: Annotation, path: Path) -> None:
+    placed = document
+    for name in ("k0", "k1", "k2", "k3", "k4", "k5"):
+        placed = place_keypoint(placed, name, HERE_UM, "clicked")
+    save_annotation(placed, path, expected="")
+    seconds = []
+    for _ in range(20):
+        begin = time.perf_counter()
+        load_annotation(path)
+        seconds.append(time.perf_counter() - begin)
+    # The best of many, because other programs share the machine; it takes a twentieth of this.
+    assert min(seconds) < 0.002
+
+
+def test_a_shipped_tool_is_found_by_its_name(document: Annotation, forceps: ToolSpecification) -> None:
+    assert tool_of(document) == forceps
+    assert ships(forceps)
+
+
+def test_a_tool_that_travels_needs_no_folder(
+    probe: ToolSpecification,
+    begin_document: Callable[..., Annotation],
+    write_volume: Callable[..., Path],
+    path: Path,
+) -> None:
+    volume_path = write_volume(path.parent.parent / "volumes" / "v001.npy")
+    begun = begin_document(volume_path, path, probe, ships=ships(probe))
+    save_annotation(begun, path, expected="")
+    loaded, _ = load_annotation(path)
+    assert not ships(probe)
+    assert tool_of(loaded) == probe
+    assert loaded.tool_fingerprint == probe.fingerprint
+
+
+def test_another_version_of_a_tool_is_not_taken_for_it(document: Annotation) -> None:
+    older = changed(document, tool_fingerprint="f" * 64)
+    with pytest.raises(DocumentError, match="another version of the tool 'magnetic-forceps'"):
+        tool_of(older)
+    with pytest.raises(ToolError, match="no tool specification 'scissors'"):
+        tool_of(changed(document, tool="scissors"))
+
+
+def test_a_document_is_completed_in_the_tools_order(forceps: ToolSpecification) -> None:
+    partial = parse_annotation(EXAMPLE.encode(), "x")
+    backwards = changed(partial, keypoints=partial.keypoints[::-1])
+    whole = completed(backwards, forceps)
+    assert [keypoint.name for keypoint in whole.keypoints] == ["k0", "k1", "k2", "k3", "k4", "k5"]
+    assert whole.keypoint("k0") == partial.keypoint("k0")
+    assert whole.keypoint("k5").state == "unplaced"
+    assert completed(whole, forceps) is whole
+
+
+def test_a_keypoint_that_the_tool_lacks_is_refused(document: Annotation, probe: ToolSpecification) -> None:
+    with pytest.raises(
+        DocumentError, match="keypoint 'k0' is unknown to the tool 'probe', which has tip, shaft"
+    ):
+        completed(document, probe)
+
+
+def test_a_box_on_a_link_that_the_tool_lacks_is_refused(
+    document: Annotation, forceps: ToolSpecification
+) -> None:
+    boxed = changed(document, boxes=(BoxAnnotation(link="link0"), BoxAnnotation(link="jaw")))
+    with pytest.raises(DocumentError, match="link 'jaw' is unknown to the tool 'magnetic-forceps'"):
+        completed(boxed, forceps)
+
+
+def test_a_file_of_no_bytes_has_an_identity_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "empty.json").touch()
+    assert file_identity(tmp_path / "empty.json") != file_identity(tmp_path / "absent.json") == ""
