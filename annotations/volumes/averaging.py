@@ -64,7 +64,12 @@ def averaged_level(
             slice(part.start // factor, -(-part.stop // factor))
             for part, factor in zip(region, factors, strict=True)
         )
-        data[first, second, third] = _means(values, factors, data.dtype)
+        if volume.fortran_order:
+            # The sums run along memory when the axes are turned round.
+            means = _means(values.transpose(), factors[::-1], data.dtype).transpose()
+        else:
+            means = _means(values, factors, data.dtype)
+        data[first, second, third] = means
         done += values.size
         progress(done / math.prod(volume.shape))
     spacing_of_blocks = np.multiply(spacing, factors)

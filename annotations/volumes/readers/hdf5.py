@@ -1,7 +1,7 @@
 """HDF5: contiguous datasets are mapped, chunked ones read block by block."""
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from annotations.volumes.volume import (
 )
 
 _CHUNK_CACHE_BYTES = 32 << 20
+_TILE_BYTES = 16 << 20
 _NAMED_AT_MOST = 12
 
 
@@ -40,7 +41,7 @@ class Hdf5Storage:
         """Return a copy of the region.
 
         The library picks strided elements one by one, which is far slower than unpacking the blocks that
-        hold them and striding in memory; that is done a row of blocks at a time, to need little memory.
+        hold them and striding in memory; that is done a few blocks at a time, to need little memory.
         """
         with self._lock:
             dataset = self._dataset
@@ -48,20 +49,18 @@ class Hdf5Storage:
                 raise closed()
             if all(part.step == 1 for part in region):
                 return np.asarray(dataset[region])
-            planes = range(region[0].start, region[0].stop, region[0].step)
-            spans = tuple(slice(part.start, part.stop) for part in region[1:])
-            steps = (slice(None, None, region[1].step), slice(None, None, region[2].step))
-            result = np.empty(
-                tuple(len(range(part.start, part.stop, part.step)) for part in region), dataset.dtype
-            )
-            thickness = dataset.chunks[0] if dataset.chunks else 1
-            done = 0
-            while done < len(planes):
-                row_end = (planes[done] // thickness + 1) * thickness
-                count = len(range(planes[done], min(row_end, region[0].stop), region[0].step))
-                block = dataset[(slice(planes[done], planes[done + count - 1] + 1), *spans)]
-                result[done : done + count] = block[(slice(None, None, region[0].step), *steps)]
-                done += count
+            counts = [len(range(part.start, part.stop, part.step)) for part in region]
+            result = np.empty(counts, dataset.dtype)
+            thick, wide, _ = dataset.chunks or (1, 1, 1)
+            row_bytes = thick * wide * dataset.shape[2] * dataset.dtype.itemsize
+            wide *= max(1, _TILE_BYTES // row_bytes)
+            whole = slice(region[2].start, region[2].stop)
+            for to_first, first in _pieces(region[0], thick):
+                for to_second, second in _pieces(region[1], wide):
+                    block = dataset[first, second, whole]
+                    result[to_first, to_second] = block[
+                        :: region[0].step, :: region[1].step, :: region[2].step
+                    ]
             return result
 
     def close(self) -> None:
@@ -70,6 +69,23 @@ class Hdf5Storage:
             if self._dataset is not None:
                 self._dataset = None
                 self._file.close()
+
+
+def _pieces(part: slice, edge: int) -> Iterator[tuple[slice, slice]]:
+    """Cut a strided slice at the multiples of an edge.
+
+    Yields
+    ------
+    tuple of slice
+        Where the wanted indices of a piece go in the result, and from the first to the last of them.
+    """
+    indices = range(part.start, part.stop, part.step)
+    done = 0
+    while done < len(indices):
+        border = (indices[done] // edge + 1) * edge
+        count = len(range(indices[done], min(border, part.stop), part.step))
+        yield slice(done, done + count), slice(indices[done], indices[done + count - 1] + 1)
+        done += count
 
 
 def open_hdf5(path: Path, dataset: str | None) -> StoredArray:
