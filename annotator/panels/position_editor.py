@@ -80,6 +80,10 @@ class PositionEditor(QWidget):
         if name is None or position_um is None or spacing_um is None or not isinstance(box, QuietSpinBox):
             return
         axis = self._boxes.index(box)
+        shown = position_um if self._unit == "um" else um_to_voxel(position_um, spacing_um)
+        if _looks_like(box.value(), float(shown[axis])):
+            # Enter repeats the value that is shown, rounded: that is no wish to round the position.
+            return
         moved = list(position_um)
         moved[axis] = box.value() if self._unit == "um" else float(voxel_to_um(box.value(), spacing_um[axis]))
         # Only steps come to rest by themselves; a person may pause in the middle of a number.
@@ -175,8 +179,14 @@ class PositionEditor(QWidget):
 
     @staticmethod
     def _show(box: QuietSpinBox, value: float, step: float, over_typing: bool) -> None:
-        box.setSingleStep(step)
-        # Rewriting an equal value would move the cursor of the person who is typing it.
-        if over_typing or not math.isclose(box.value(), value, abs_tol=0.6 * 10**-_DECIMALS, rel_tol=0):
+        # Setting either rewrites the text, and would move the cursor of the person who is typing it.
+        if box.singleStep() != step:
+            box.setSingleStep(step)
+        if over_typing or not _looks_like(box.value(), value):
             with QSignalBlocker(box):
                 box.setValue(value)
+
+
+def _looks_like(first: float, second: float) -> bool:
+    """Say whether two values are the same in a box's decimals."""
+    return math.isclose(first, second, rel_tol=0, abs_tol=0.6 * 10**-_DECIMALS)

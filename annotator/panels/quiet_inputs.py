@@ -1,7 +1,7 @@
 """Inputs that the wheel changes only when they have the focus: scrolling past them must change nothing."""
 
 from PySide6.QtCore import QLocale, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QWheelEvent
+from PySide6.QtGui import QKeyEvent, QValidator, QWheelEvent
 from PySide6.QtWidgets import QAbstractSpinBox, QComboBox, QDoubleSpinBox, QSlider, QWidget
 
 
@@ -68,9 +68,19 @@ class QuietSpinBox(QDoubleSpinBox):
         else:
             event.ignore()
 
+    def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
+        """Refuse every comma: in pasted text it could mean thousands as well as decimals."""
+        if "," in text:
+            return (QValidator.State.Invalid, text, position)
+        return super().validate(text, position)
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:
             self.escaped.emit()
             event.accept()
+        elif event.text() == ",":
+            # Many number pads have no point. Were the comma only refused, 12,5 would become 125.
+            point = QKeyEvent(event.type(), Qt.Key.Key_Period, event.modifiers(), ".")
+            super().keyPressEvent(point)
         else:
             super().keyPressEvent(event)

@@ -1,4 +1,4 @@
-"""The themes: their colours are readable, they are applied to a running application, and can be told apart."""
+"""The themes: readable colours, applied to a running application, and marks that can be told apart."""
 
 from collections.abc import Iterator
 from typing import Any
