@@ -77,6 +77,8 @@ class MainWindow(QMainWindow):
             self.questions.start()
         self.fetcher = SliceFetcher(session, self)
         self.scene = SceneView(session, renderer=settings.renderer)
+        # It would import Mayavi as soon as it is shown, and nothing else would be drawn for seconds.
+        self.scene.hide()
         self.slices = tuple(SliceView(session, axis, self.fetcher) for axis in range(3))
         link_zoom(self.slices)
         self.four_up = FourUp(session, self.scene, self.slices)
