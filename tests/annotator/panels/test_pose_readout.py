@@ -1,0 +1,99 @@
+"""Pose, lengths and distances as the panel writes them."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from annotations.geometry.frames import Vector
+from annotations.geometry.tool_library import find_tool
+from annotator.panels.pose_readout import Reading, angle_title, pose_readout
+
+FORCEPS = find_tool("magnetic-forceps")
+NEEDLE = find_tool("needle")
+BENT: dict[str, Vector] = {
+    "k0": (0.0, 0.0, 0.0),
+    "k1": (11000.0, 0.0, 0.0),
+    "k2": (11000.0, 250.0, 0.0),
+    "k3": (11000.0, 5250.0, 0.0),
+    "k4": (11000.0, 5500.0, 0.0),
+    "k5": (11000.0, 11500.0, 0.0),
+}
+COORDINATE = st.floats(-30_000, 30_000)
+
+
+def readings(positions_um: dict[str, Vector]) -> dict[str, Reading]:
+    return {reading.name: reading for reading in pose_readout(positions_um, FORCEPS).targets}
+
+
+def test_every_target_of_a_known_pose_is_written_with_its_unit() -> None:
+    found = readings(BENT)
+    assert found["position_um"].values == (5500.0, 0.0, 0.0)
+    assert found["position_um"].texts[0].endswith("µm")
+    assert found["position_um"].texts[1].startswith("5.500  0.000  0.000")
+    assert found["orientation"].texts == ("1.0000  0.0000  0.0000",)
+    assert found["theta1_deg"].texts == ("90.00°",)
+    assert found["theta1_deg"].title == "θ1"
+    assert found["theta2_deg"].values == pytest.approx((0.0,))
+    assert all(not reading.missing for reading in found.values())
+
+
+def test_an_absent_target_names_the_keypoints_it_needs() -> None:
+    found = readings({"k0": BENT["k0"], "k1": BENT["k1"], "k4": BENT["k4"]})
+    assert found["position_um"].values
+    assert found["theta1_deg"].missing == "needs k2, k3"
+    assert found["theta2_deg"].missing == "needs k2, k3, k5"
+    assert found["theta2_deg"].values == ()
+    assert readings({})["position_um"].missing == "needs k0, k1"
+
+
+def test_two_keypoints_at_one_place_give_no_direction_and_the_reason() -> None:
+    found = readings(BENT | {"k1": BENT["k0"]})
+    assert found["orientation"].missing == "k0 and k1 are at one place"
+    assert found["theta1_deg"].missing == "the ends of a link are at one place"
+    assert found["position_um"].values == (0.0, 0.0, 0.0)
+
+
+def test_another_tool_has_other_targets() -> None:
+    readout = pose_readout({"tip": (1.0, 2.0, 3.0), "shaft": (1.0, 2.0, 0.0)}, NEEDLE)
+    assert [reading.name for reading in readout.targets] == ["position_um", "orientation"]
+    assert readout.names == ("tip", "shaft")
+    assert angle_title("yaw") == "yaw"
+
+
+def test_lengths_stand_beside_their_nominal_ones() -> None:
+    links = pose_readout({name: BENT[name] for name in ("k0", "k1", "k2")}, FORCEPS).links
+    assert [link.measured_um for link in links] == [11000.0, None, None]
+    assert [link.nominal_um for link in links] == [11000.0, 5000.0, 6000.0]
+    assert links[0].deviation == 0.0
+    assert links[1].deviation is None
+
+
+@given(st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=6, max_size=6))
+def test_distances_are_those_between_every_two_keypoints(points: list[Vector]) -> None:
+    positions_um = dict(zip(FORCEPS.keypoint_names, points, strict=True))
+    distances_um = pose_readout(positions_um, FORCEPS).distances_um
+    assert len(distances_um) == 15
+    for (first, second), distance_um in distances_um.items():
+        assert distance_um == pytest.approx(math.dist(positions_um[first], positions_um[second]))
+
+
+def test_the_table_has_one_quantity_a_line_with_its_unit() -> None:
+    lines = pose_readout(BENT, FORCEPS).table().splitlines()
+    values = dict(line.split("\t") for line in lines)
+    assert lines[0] == "quantity\tvalue"
+    assert values["position_um_x"] == "5500"
+    assert values["orientation_x"] == "1"
+    assert float(values["theta1_deg"]) == pytest.approx(90)
+    assert values["length_link1_um"] == "5000"
+    assert values["nominal_length_link2_um"] == "6000"
+    assert values["distance_k0_k1_um"] == "11000"
+    assert len(values) == 1 + 3 + 3 + 2 + 6 + 15
+
+
+def test_what_is_absent_is_empty_in_the_table() -> None:
+    values = dict(line.split("\t") for line in pose_readout({}, FORCEPS).table().splitlines())
+    assert values["theta1_deg"] == ""
+    assert values["position_um"] == ""
+    assert values["length_link0_um"] == ""

@@ -1,0 +1,171 @@
+"""The list of volumes: what it shows, and how it opens the next one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QLineEdit, QProgressBar, QPushButton, QTreeView
+from pytestqt.qtbot import QtBot
+
+from annotations.volumes import write_sidecar
+from annotator.panels.worklist_panel import WorklistPanel
+from annotator.session import Session
+
+LEFT = Qt.MouseButton.LeftButton
+ROLE = Qt.ItemDataRole
+
+
+@pytest.fixture
+def three(qtbot: QtBot, empty_session: Session, tmp_path: Path) -> Session:
+    """A session on a folder of three volumes, the first one open."""
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    for name in ("v001", "v002", "w003"):
+        np.save(folder / f"{name}.npy", np.arange(60, dtype=np.uint8).reshape(3, 4, 5))
+        write_sidecar(folder / f"{name}.npy", (15.9, 13.5, 9.4), 2)
+    with qtbot.waitSignal(
+        empty_session.volume_changed, check_params_cb=lambda: empty_session.volume is not None
+    ):
+        empty_session.open_path(folder)
+    return empty_session
+
+
+@pytest.fixture
+def panel(qtbot: QtBot, three: Session) -> WorklistPanel:
+    panel = WorklistPanel(three)
+    qtbot.addWidget(panel)
+    panel.resize(280, 400)
+    with qtbot.waitActive(panel):
+        panel.show()
+        panel.activateWindow()
+    return panel
+
+
+@pytest.fixture
+def items(panel: WorklistPanel) -> QTreeView:
+    items = panel.findChild(QTreeView, "worklist_list")
+    assert isinstance(items, QTreeView)
+    return items
+
+
+def rows(items: QTreeView) -> list[tuple[str, str]]:
+    model = items.model()
+    return [(model.index(row, 0).data(), model.index(row, 1).data()) for row in range(model.rowCount())]
+
+
+def open_with(qtbot: QtBot, session: Session, index: int, act: object) -> None:
+    with qtbot.waitSignal(session.volume_changed, check_params_cb=lambda: session.volume is not None):
+        act()  # type: ignore[operator]
+    assert session.current_index == index
+    assert session.document is not None
+
+
+def test_volumes_are_listed_with_their_status(three: Session, panel: WorklistPanel, items: QTreeView) -> None:
+    assert rows(items) == [("v001.npy", "new"), ("v002.npy", "new"), ("w003.npy", "new")]
+    title = panel.findChild(QLabel, "worklist_title")
+    assert isinstance(title, QLabel)
+    assert title.text() == "recordings"
+    three.set_status("done")
+    assert rows(items)[0] == ("v001.npy", "done")
+    progress = panel.findChild(QProgressBar, "worklist_progress")
+    assert isinstance(progress, QProgressBar)
+    assert progress.text() == "1 of 3 done"
+    three.set_status("in_progress")
+    assert rows(items)[0] == ("v001.npy", "in progress")
+
+
+def test_the_open_volume_is_marked(three: Session, items: QTreeView) -> None:
+    first = items.model().index(0, 0)
+    assert first.data(ROLE.FontRole).bold()
+    assert first.data(ROLE.AccessibleTextRole) == "v001.npy, open"
+    assert items.model().index(1, 0).data(ROLE.FontRole) is None
+    assert items.currentIndex().row() == 0
+
+
+def test_enter_opens_a_volume(qtbot: QtBot, three: Session, items: QTreeView) -> None:
+    items.setFocus()
+    qtbot.keyClick(items, Qt.Key.Key_Down)
+    open_with(qtbot, three, 1, lambda: qtbot.keyClick(items, Qt.Key.Key_Return))
+    assert items.model().index(1, 0).data(ROLE.FontRole).bold()
+    assert items.model().index(0, 0).data(ROLE.FontRole) is None
+
+
+def test_a_double_click_opens_a_volume(qtbot: QtBot, three: Session, items: QTreeView) -> None:
+    spot = items.visualRect(items.model().index(2, 0)).center()
+    qtbot.mouseClick(items.viewport(), LEFT, pos=spot)
+    assert three.current_index == 0
+    open_with(qtbot, three, 2, lambda: qtbot.mouseDClick(items.viewport(), LEFT, pos=spot))
+
+
+def test_opening_the_open_volume_does_nothing(qtbot: QtBot, three: Session, items: QTreeView) -> None:
+    with qtbot.assertNotEmitted(three.volume_changed):
+        qtbot.keyClick(items, Qt.Key.Key_Return)
+
+
+def test_the_filter_narrows_the_list_and_the_right_volume_opens(
+    qtbot: QtBot, three: Session, panel: WorklistPanel, items: QTreeView
+) -> None:
+    field = panel.findChild(QLineEdit, "worklist_filter")
+    assert isinstance(field, QLineEdit)
+    qtbot.keyClicks(field, "W0")
+    assert rows(items) == [("w003.npy", "new")]
+    items.setCurrentIndex(items.model().index(0, 0))
+    open_with(qtbot, three, 2, lambda: qtbot.keyClick(items, Qt.Key.Key_Return))
+    field.clear()
+    assert len(rows(items)) == 3
+    qtbot.keyClicks(field, "nothing like it")
+    assert rows(items) == []
+
+
+def test_the_list_can_be_filtered_by_status(
+    qtbot: QtBot, three: Session, panel: WorklistPanel, items: QTreeView
+) -> None:
+    three.set_status("done")
+    field = panel.findChild(QLineEdit, "worklist_filter")
+    assert isinstance(field, QLineEdit)
+    qtbot.keyClicks(field, "done")
+    assert rows(items) == [("v001.npy", "done")]
+
+
+def test_only_changed_rows_are_redrawn(qtbot: QtBot, three: Session, items: QTreeView) -> None:
+    source = items.model().sourceModel()  # type: ignore[attr-defined]
+    drawn: list[int] = []
+    source.dataChanged.connect(lambda first, _last: drawn.append(first.row()))
+    with qtbot.assertNotEmitted(source.modelReset):
+        three.set_status("done")
+    assert set(drawn) == {0}
+
+
+def test_the_marks_of_the_three_states_differ(three: Session, items: QTreeView) -> None:
+    def picture() -> bytes:
+        image = items.model().index(0, 0).data(ROLE.DecorationRole).pixmap(16, 16).toImage()
+        return bytes(image.constBits())
+
+    new = picture()
+    three.set_status("done")
+    done = picture()
+    three.set_status("in_progress")
+    assert len({new, done, picture()}) == 3
+
+
+def test_the_buttons_ask_the_window(qtbot: QtBot, panel: WorklistPanel) -> None:
+    for name, signal in (
+        ("worklist_open_file", panel.open_file_requested),
+        ("worklist_open_folder", panel.open_folder_requested),
+    ):
+        button = panel.findChild(QPushButton, name)
+        assert isinstance(button, QPushButton)
+        with qtbot.waitSignal(signal):
+            qtbot.mouseClick(button, LEFT)
+
+
+def test_an_empty_list_says_so(qtbot: QtBot, empty_session: Session) -> None:
+    panel = WorklistPanel(empty_session)
+    qtbot.addWidget(panel)
+    title = panel.findChild(QLabel, "worklist_title")
+    assert isinstance(title, QLabel)
+    assert title.text() == "Nothing is open"
+    progress = panel.findChild(QProgressBar, "worklist_progress")
+    assert isinstance(progress, QProgressBar)
+    assert progress.isHidden()
