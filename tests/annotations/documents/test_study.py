@@ -1,0 +1,207 @@
+import errno
+import os
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import hypothesis.strategies as st
+import pytest
+from hypothesis import given, settings
+from pydantic import ValidationError
+
+from annotations.documents.study import (
+    STUDY_FILE,
+    Study,
+    StudyError,
+    StudyVolume,
+    annotation_path,
+    load_study,
+    save_study,
+)
+from annotations.durable_files import SaveError
+
+SOUND = """
+schema = "oct-study/1"
+title = "Three annotators, thirty volumes"
+tool = "magnetic-forceps"
+methods = ["keypoints", "boxes"]
+annotators = ["anna", "ben"]
+
+[[volumes]]
+id = "v001"
+path = "volumes/v001.npy"
+
+[[volumes]]
+id = "v002"
+path = "../shared volumes/Größe 2.h5"
+dataset = "scan/intensity"
+spacing_um = [15.9, 13.5, 9]
+"""
+
+text = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
+names = st.from_regex(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,8}", fullmatch=True)
+relative_paths = (
+    st.lists(
+        st.text(
+            st.characters(exclude_categories=["Cs", "Cc"], exclude_characters="/\\:"), min_size=1, max_size=8
+        )
+        | st.just(".."),
+        min_size=1,
+        max_size=4,
+    )
+    .map("/".join)
+    .filter(lambda path: path.strip("./"))
+)
+volumes = st.builds(
+    StudyVolume,
+    id=names,
+    path=relative_paths,
+    dataset=st.none() | text,
+    spacing_um=st.none() | st.tuples(*[st.floats(1e-3, 1e4)] * 3),
+)
+studies = st.builds(
+    Study,
+    title=text,
+    tool=names,
+    methods=st.sampled_from([("keypoints",), ("boxes",), ("boxes", "keypoints")]),
+    annotators=st.lists(names, max_size=3, unique_by=str.casefold).map(tuple),
+    volumes=st.lists(volumes, max_size=3, unique_by=lambda volume: volume.id.casefold()).map(tuple),
+)
+
+
+def write(folder: Path, content: str) -> Path:
+    (folder / STUDY_FILE).write_text(content, encoding="utf-8")
+    return folder
+
+
+def test_a_study_written_by_hand_is_read(tmp_path: Path) -> None:
+    study = load_study(write(tmp_path, SOUND))
+    assert study.title == "Three annotators, thirty volumes"
+    assert study.tool == "magnetic-forceps"
+    assert study.methods == ("keypoints", "boxes")
+    assert study.annotators == ("anna", "ben")
+    assert study.volumes == (
+        StudyVolume(id="v001", path="volumes/v001.npy"),
+        StudyVolume(
+            id="v002",
+            path="../shared volumes/Größe 2.h5",
+            dataset="scan/intensity",
+            spacing_um=(15.9, 13.5, 9.0),
+        ),
+    )
+
+
+def test_little_has_to_be_said(tmp_path: Path) -> None:
+    study = load_study(write(tmp_path, 'title = "Trial"\ntool = "needle"\n'))
+    assert (study.methods, study.annotators, study.volumes) == (("keypoints",), (), ())
+
+
+@given(study=studies)
+@settings(max_examples=50)
+def test_what_is_saved_is_what_is_loaded(study: Study) -> None:
+    with TemporaryDirectory() as folder:
+        save_study(study, Path(folder))
+        assert load_study(Path(folder)) == study
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ('schema = "oct-study/1"', 'schema = "oct-study/2"', "schema: Input should be 'oct-study/1'"),
+        ('schema = "oct-study/1"', 'schema_id = "oct-study/1"', "the field 'schema_id' is unknown"),
+        ('tool = "magnetic-forceps"', "", "the field 'tool' is missing"),
+        ('tool = "magnetic-forceps"', 'tool = "../forceps"', "tool: a name holds letters"),
+        ('["keypoints", "boxes"]', '["points"]', "methods.0: Input should be 'keypoints' or 'boxes'"),
+        ('["keypoints", "boxes"]', "[]", "methods: Tuple should have at least 1 item"),
+        ('["keypoints", "boxes"]', '["boxes", "boxes"]', "method 'boxes' stands more than once"),
+        ('["anna", "ben"]', '["anna", "anna"]', "annotator 'anna' stands more than once"),
+        ('["anna", "ben"]', '["anna", "Anna"]', "annotator 'anna' stands more than once"),
+        ('["anna", "ben"]', '["anna", "../ben"]', "annotators.1: a name holds letters"),
+        ('["anna", "ben"]', '["anna", ".."]', "annotators.1: a name holds letters"),
+        ('["anna", "ben"]', '["anna", ""]', "annotators.1: a name holds letters"),
+        ('["anna", "ben"]', '"anna"', "annotators: Input should be a valid tuple"),
+        ('id = "v002"', 'id = "v001"', "volume 'v001' stands more than once"),
+        ('id = "v002"', 'id = "V001"', "stands more than once (capitals do not count)"),
+        ('id = "v002"', 'id = "a/b"', "volumes.1.id: a name holds letters"),
+        ('id = "v002"', "", "the field 'volumes.1.id' is missing"),
+        ('id = "v002"', 'id = "v002"\nspacing = 5', "the field 'volumes.1.spacing' is unknown"),
+        ('"volumes/v001.npy"', '"/data/v001.npy"', "volumes.0.path: a volume's path is relative"),
+        ('"volumes/v001.npy"', '"//server/v001.npy"', "volumes.0.path: a volume's path is relative"),
+        ('"volumes/v001.npy"', "'C:/data/v001.npy'", "volumes.0.path: a volume's path is relative"),
+        ('"volumes/v001.npy"', "'volumes\\v001.npy'", "volumes.0.path: a volume's path is relative"),
+        ('"volumes/v001.npy"', '""', "volumes.0.path: a volume's path is relative"),
+        ('"volumes/v001.npy"', '"."', "volumes.0.path: a volume's path is relative"),
+        ('"volumes/v001.npy"', '"a\\u0000b"', "volumes.0.path: a volume's path must be text"),
+        (
+            "[15.9, 13.5, 9]",
+            "[15.9, 13.5, 0]",
+            "volumes.1.spacing_um.2: Input should be greater than 0, found 0",
+        ),
+        ("[15.9, 13.5, 9]", "[15.9, -1.5, 9]", "volumes.1.spacing_um.1: Input should be greater than 0"),
+        ("[15.9, 13.5, 9]", "[15.9, 13.5, nan]", "volumes.1.spacing_um.2: Input should be a finite number"),
+        ("[15.9, 13.5, 9]", "[15.9, 13.5]", "the field 'volumes.1.spacing_um.2' is missing"),
+        ("[15.9, 13.5, 9]", '["15.9", 13.5, 9]', "volumes.1.spacing_um.0: Input should be a valid number"),
+        ("[[volumes]]\nid", "[[volumes]\nid", "it is not valid TOML"),
+        ('tool = "magnetic-forceps"', 'tool = "needle"\ntool = "needle"', "it is not valid TOML"),
+    ],
+)
+def test_a_wrong_study_is_refused_by_name(tmp_path: Path, right: str, wrong: str, message: str) -> None:
+    assert right in SOUND
+    folder = write(tmp_path, SOUND.replace(right, wrong, 1))
+    with pytest.raises(StudyError) as refused:
+        load_study(folder)
+    assert message in str(refused.value)
+    assert refused.value.where == folder / STUDY_FILE
+
+
+def test_a_volume_whose_name_is_no_unicode_is_refused() -> None:
+    with pytest.raises(ValidationError, match="rename the file"):
+        StudyVolume(id="v001", path=os.fsdecode(b"Gr\xfc\xdfe.npy"))
+
+
+def test_a_folder_without_a_study_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match="could not be read"):
+        load_study(tmp_path)
+
+
+def test_a_study_that_is_no_text_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / STUDY_FILE).write_bytes(SOUND.encode("utf-16"))
+    with pytest.raises(StudyError, match="could not be read"):
+        load_study(tmp_path)
+
+
+def test_saving_keeps_the_previous_study(tmp_path: Path) -> None:
+    study = load_study(write(tmp_path, SOUND))
+    save_study(study, tmp_path)
+    assert (tmp_path / "study.toml.bak").read_text(encoding="utf-8") == SOUND
+
+
+def test_a_full_disk_leaves_the_old_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = load_study(write(tmp_path, SOUND))
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(SaveError, match="No space left"):
+        save_study(study, tmp_path)
+    assert (tmp_path / STUDY_FILE).read_text(encoding="utf-8") == SOUND
+
+
+def test_each_annotator_and_method_has_a_file_of_its_own(tmp_path: Path) -> None:
+    paths = {
+        annotation_path(tmp_path, annotator, volume, method)
+        for annotator in ("anna", "ben")
+        for volume in ("v001", "v002")
+        for method in ("keypoints", "boxes")
+    }
+    assert len(paths) == 8
+    assert tmp_path / "annotations" / "anna" / "v001.keypoints.json" in paths
+
+
+@pytest.mark.parametrize("wrong", [{"title": None}, {"volumes": ()}, {"tool": "needle"}])
+def test_a_study_cannot_be_changed(tmp_path: Path, wrong: dict[str, Any]) -> None:
+    study = load_study(write(tmp_path, SOUND))
+    for name, value in wrong.items():
+        with pytest.raises(ValidationError, match="frozen"):
+            setattr(study, name, value)
