@@ -16,6 +16,8 @@ ACTIVE = QColor("#ffffff")
 PREVIEW = QColor("#ffab5e")
 LINK_WIDTH_PX = 2.0
 FAR_OPACITY = 0.4
+ORIGIN_RADIUS_PX = 3.0
+RING_GAP_PX = 3.5
 Line = tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -89,10 +91,8 @@ def _paint_way(painter: QPainter, mark: Mark) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
     origin = QPointF(*mark.origin_px)
     painter.drawLine(QLineF(origin, _center(mark)))
-    painter.drawEllipse(origin, SMALL_RING_PX, SMALL_RING_PX)
-
-
-SMALL_RING_PX = 3.0
+    painter.setPen(QPen(PREVIEW, 1.0))
+    painter.drawEllipse(origin, ORIGIN_RADIUS_PX, ORIGIN_RADIUS_PX)
 
 
 def _paint_near(painter: QPainter, mark: Mark) -> None:
@@ -118,8 +118,8 @@ def _paint_near(painter: QPainter, mark: Mark) -> None:
         painter.drawPoint(center)
     if mark.active:
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(ACTIVE, 1.5))
-        _outline(painter, center, radius + 3.5, square=square)
+        painter.setPen(QPen(PREVIEW if mark.preview else ACTIVE, 1.5))
+        _outline(painter, center, radius + RING_GAP_PX, square=square)
 
 
 def _paint_far(painter: QPainter, mark: Mark) -> None:
@@ -128,7 +128,7 @@ def _paint_far(painter: QPainter, mark: Mark) -> None:
     _outline(painter, _center(mark), mark.radius_px, square=mark.state == "out_of_view")
     if mark.active:
         painter.setPen(QPen(ACTIVE, 1.0, Qt.PenStyle.DashLine))
-        _outline(painter, _center(mark), mark.radius_px + 3.5, square=mark.state == "out_of_view")
+        _outline(painter, _center(mark), mark.radius_px + RING_GAP_PX, square=mark.state == "out_of_view")
 
 
 def _paint_lock(painter: QPainter, mark: Mark) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF
-from PySide6.QtGui import QColor, QPainter, QPixmap
+from PySide6.QtGui import QColor, QImage, QPainter
 
 from annotations.volumes import SliceImage
 from annotator.slices.slice_image import color_table, image, indices
@@ -28,7 +28,9 @@ class _Indices:
 
 
 class SlicePicture:
-    """Draws a slice into a pixmap of the widget's size, and keeps it.
+    """Draws a slice into an image of the widget's size, and keeps it.
+
+    A QImage rather than a QPixmap: it may be forgotten in whatever thread Python happens to tidy up.
 
     Parameters
     ----------
@@ -43,17 +45,17 @@ class SlicePicture:
         self._background = background
         self._indices: _Indices | None = None
         self._key: tuple[Any, ...] = ()
-        self._pixmap = QPixmap()
+        self._drawn = QImage()
         self.times_drawn = 0
 
-    def pixmap(
+    def drawn(
         self,
         source: SliceImage | None,
         viewport: Viewport,
         window: tuple[float, float],
         colormap: str,
         pixel_ratio: float,
-    ) -> QPixmap:
+    ) -> QImage:
         """Return the picture of a slice: the area of the viewport, in device pixels.
 
         Parameters
@@ -72,7 +74,7 @@ class SlicePicture:
         if key != self._key:
             self._key = key
             self._draw(source, viewport, window, colormap, pixel_ratio)
-        return self._pixmap
+        return self._drawn
 
     def _draw(
         self,
@@ -85,15 +87,15 @@ class SlicePicture:
         self.times_drawn += 1
         area = viewport.area
         size = (math.ceil(area.width * pixel_ratio), math.ceil(area.height * pixel_ratio))
-        if (self._pixmap.width(), self._pixmap.height()) != size:
-            self._pixmap = QPixmap(*size)
-        self._pixmap.setDevicePixelRatio(pixel_ratio)
-        self._pixmap.fill(self._background)
+        if (self._drawn.width(), self._drawn.height()) != size:
+            self._drawn = QImage(*size, QImage.Format.Format_RGB32)
+        self._drawn.setDevicePixelRatio(pixel_ratio)
+        self._drawn.fill(self._background)
         if source is None:
             return
         pixels = self._pixels(source, viewport, window)
         table = color_table(self._colormaps[colormap], window, source.data.dtype)
-        painter = QPainter(self._pixmap)
+        painter = QPainter(self._drawn)
         painter.translate(-area.left, -area.top)
         self._paint(painter, source, pixels, table, viewport)
         painter.end()

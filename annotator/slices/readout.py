@@ -31,12 +31,12 @@ class Readout:
 
     @property
     def text(self) -> str:
-        """All of it on one line."""
+        """All of it on one line, what is looked for most often first: the end may not find room."""
         millimetres = ", ".join(f"{value / 1000:.3f}" for value in self.position_um)
         if self.index_voxel is None:
-            return f"{millimetres} mm · {self.intensity}"
+            return f"{self.intensity} · {millimetres} mm"
         voxel = ", ".join(map(str, self.index_voxel))
-        return f"voxel {voxel} · {millimetres} mm · intensity {self.intensity}"
+        return f"intensity {self.intensity} · voxel {voxel} · {millimetres} mm"
 
 
 def read_out(viewport: Viewport, index: int, image: SliceImage | None, x: float, y: float) -> Readout:

@@ -65,6 +65,8 @@ def color_table(colors: NDArray[np.uint8], window: tuple[float, float], dtype: n
 def image(pixels: NDArray[np.uint8], table: list[int]) -> QImage:
     """Return an image of indices, shape (rows, columns), in their colours; ready to be scaled fast."""
     rows, columns = pixels.shape
+    # Qt takes the address of the first byte alone, and fails on an array that has gaps.
+    pixels = np.ascontiguousarray(pixels)
     shared = QImage(pixels.data, columns, rows, pixels.strides[0], QImage.Format.Format_Indexed8)
     shared.setColorTable(table)
     # Qt scales 32-bit images several times faster, and this makes the copy that outlives the array.

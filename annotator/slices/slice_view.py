@@ -233,10 +233,15 @@ class SliceView(QWidget):
         viewport, view = self._viewport, self._session.view
         if viewport is None:
             painter.fillRect(self.rect(), CANVAS)
-            return
+        else:
+            self._paint(painter, viewport, view)
+        # Left to Python, the painter could outlive this event, and Qt does not forgive that.
+        painter.end()
+
+    def _paint(self, painter: QPainter, viewport: Viewport, view: View) -> None:
         ratio = self.devicePixelRatioF()
-        pixmap = self._picture.pixmap(self._image, viewport, view.window, view.colormap, ratio)
-        painter.drawPixmap(QPointF(), pixmap)
+        picture = self._picture.drawn(self._image, viewport, view.window, view.colormap, ratio)
+        painter.drawImage(QPointF(), picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if not view.overlays_hidden:
             self._paint_overlays(painter, viewport, view)

@@ -1,0 +1,142 @@
+"""Three linked slice views on the small volume, and hands to work on them."""
+
+import gc
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
+from pytestqt.qtbot import QtBot
+
+from annotations.geometry.frames import Vector
+from annotations.volumes import write_sidecar
+from annotator.session import Session
+from annotator.slices.fetching import SliceFetcher
+from annotator.slices.linked_zoom import link_zoom
+from annotator.slices.slice_view import SliceView
+
+BRIGHT_VOXEL = (7, 41, 12)
+
+
+class Hand:
+    """Works on slice views with real mouse events."""
+
+    def pixel(self, view: SliceView, position_um: Vector) -> QPoint:
+        """Return the whole pixel of a view at which a position lies."""
+        assert view.viewport is not None
+        x, y = view.viewport.pixel(position_um)
+        return QPoint(round(x), round(y))
+
+    def position_um(self, view: SliceView, at: QPoint) -> Vector:
+        """Return the position, on the plane that is shown, of a pixel."""
+        assert view.viewport is not None
+        return view.viewport.position_um(at.x(), at.y(), view.viewport.plane.depth_um(view.index))
+
+    def click(self, view: SliceView, at: QPoint) -> None:
+        QTest.mouseClick(view, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
+
+    def drag(
+        self,
+        view: SliceView,
+        start: QPoint,
+        *way: QPoint,
+        button: Qt.MouseButton = Qt.MouseButton.LeftButton,
+        modifiers: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+        release: bool = True,
+    ) -> None:
+        QTest.mousePress(view, button, modifiers, start)
+        for at in way:
+            QTest.mouseMove(view, at)
+        if release:
+            QTest.mouseRelease(view, button, modifiers, way[-1])
+
+    def wheel(
+        self,
+        view: SliceView,
+        angle: int,
+        at: QPoint | None = None,
+        modifiers: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+    ) -> None:
+        """Turn the wheel by some eighths of a degree, away from oneself if positive."""
+        local = QPointF(at or view.rect().center())
+        event = QWheelEvent(
+            local,
+            QPointF(view.mapToGlobal(local)),
+            QPoint(),
+            QPoint(0, angle),
+            Qt.MouseButton.NoButton,
+            modifiers,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+        QApplication.sendEvent(view, event)
+
+
+@pytest.fixture(autouse=True)
+def collected_in_this_thread(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Qt's objects may only be destroyed in the GUI's thread: no reading thread may tidy up after Python."""
+    gc.disable()
+    yield
+    gc.enable()
+    if "qtbot" in request.fixturenames:
+        gc.collect()
+
+
+@pytest.fixture
+def hand() -> Hand:
+    return Hand()
+
+
+@pytest.fixture
+def fetcher(empty_session: Session) -> Iterator[SliceFetcher]:
+    fetcher = SliceFetcher(empty_session)
+    yield fetcher
+    fetcher.close()
+
+
+@pytest.fixture
+def empty_views(
+    qtbot: QtBot, empty_session: Session, fetcher: SliceFetcher
+) -> Iterator[tuple[SliceView, ...]]:
+    """Three linked views, 400 × 300 pixels each, on a session with nothing open."""
+    window = QWidget()
+    layout = QHBoxLayout(window)
+    layout.setContentsMargins(0, 0, 0, 0)
+    views = tuple(SliceView(empty_session, axis, fetcher, window) for axis in range(3))
+    for view in views:
+        view.setFixedSize(400, 300)
+        layout.addWidget(view)
+    link_zoom(views)
+    qtbot.addWidget(window)
+    with qtbot.waitExposed(window):
+        window.show()
+    # Held by this frame: a window without a parent lives no longer than somebody holds it.
+    yield views
+    window.close()
+
+
+@pytest.fixture
+def views(
+    qtbot: QtBot, empty_views: tuple[SliceView, ...], session: Session
+) -> tuple[SliceView, SliceView, SliceView]:
+    """Three linked views on the small volume, sharp, with the crosshair on the voxel in its middle."""
+    session.look(crosshair_um=(20 * 15.9, 30 * 13.5, 25 * 9.4))
+    first, second, third = empty_views
+    qtbot.waitUntil(lambda: all(view.is_sharp for view in empty_views))
+    return (first, second, third)
+
+
+@pytest.fixture
+def bright_voxel_path(tmp_path: Path) -> Path:
+    """A volume that is dark but for one voxel."""
+    path = tmp_path / "bright" / "voxel.npy"
+    path.parent.mkdir()
+    data = np.zeros((20, 60, 30), np.uint8)
+    data[BRIGHT_VOXEL] = 255
+    np.save(path, data)
+    write_sidecar(path, (30.0, 13.5, 9.4), 2)
+    return path

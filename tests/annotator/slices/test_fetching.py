@@ -1,0 +1,257 @@
+"""Reading in the background, with a disk that answers when the test lets it."""
+
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from annotations.volumes import SliceImage, Volume, VolumeError
+from annotator.session import Session
+from annotator.slices.fetching import SliceFetcher
+from annotator.slices.slice_view import SliceView
+
+
+class Disk:
+    """Storage that waits at a gate, remembers what was read, and can fail."""
+
+    def __init__(self, volume: Volume) -> None:
+        self._array = np.load(volume.path)
+        self.gate = threading.Event()
+        self.arrived = threading.Event()
+        self.error: Exception | None = None
+        self.regions: list[tuple[slice, slice, slice]] = []
+
+    def read(self, region: tuple[slice, slice, slice]) -> np.ndarray:
+        self.regions.append(region)
+        self.arrived.set()
+        assert self.gate.wait(30)
+        if self.error is not None:
+            raise self.error
+        return self._array[region]
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture
+def disk(session: Session) -> Iterator[Disk]:
+    """The disk under the session's volume, its gate shut."""
+    assert session.volume is not None
+    disk = Disk(session.volume)
+    object.__setattr__(session.volume, "_storage", disk)
+    yield disk
+    disk.gate.set()
+
+
+@pytest.fixture
+def slow(session: Session, disk: Disk) -> Iterator[SliceFetcher]:
+    fetcher = SliceFetcher(session)
+    yield fetcher
+    disk.gate.set()
+    fetcher.close()
+
+
+def test_asking_never_waits_and_the_slice_arrives_later(
+    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
+) -> None:
+    assert session.volume is not None
+    # Were this call to read, it would never come back: nobody else opens the gate.
+    assert slow.fetch(0, 7) is None
+
+    with qtbot.waitSignal(slow.slice_arrived) as blocker:
+        disk.gate.set()
+
+    image: SliceImage = blocker.args[0]
+    assert (image.axis, image.index, image.sharp) == (0, 7, True)
+    assert np.array_equal(image.data, np.load(session.volume.path)[7])
+    assert slow.fetch(0, 7) is image
+
+
+def test_only_the_newest_wish_of_an_axis_is_fulfilled(qtbot: QtBot, disk: Disk, slow: SliceFetcher) -> None:
+    arrived: list[int] = []
+    slow.slice_arrived.connect(lambda image: arrived.append(image.index))
+    slow.fetch(0, 30)
+    assert disk.arrived.wait(10)
+    # While the first is being read, the hand goes on.
+    for index in (5, 17, 3):
+        slow.fetch(0, index)
+
+    with qtbot.waitSignal(slow.slice_arrived, check_params_cb=lambda image: image.index == 3):
+        disk.gate.set()
+
+    assert arrived in ([30, 3], [3])
+
+
+def test_a_slow_axis_holds_up_no_other(qtbot: QtBot, session: Session, disk: Disk) -> None:
+    """The reading across z hangs; the one across x is answered."""
+    array = np.load(session.volume.path) if session.volume else np.zeros(0)
+
+    def read(region: tuple[slice, slice, slice]) -> np.ndarray:
+        if region[2].stop - region[2].start == 1:
+            disk.arrived.set()
+            assert disk.gate.wait(30)
+        return array[region]
+
+    disk.read = read  # type: ignore[method-assign]
+    fetcher = SliceFetcher(session)
+    fetcher.fetch(2, 10)
+    assert disk.arrived.wait(10)
+
+    with qtbot.waitSignal(fetcher.slice_arrived, check_params_cb=lambda image: image.axis == 0):
+        fetcher.fetch(0, 12)
+
+    disk.gate.set()
+    fetcher.close()
+
+
+def test_slices_ahead_are_read_before_they_are_asked_for(
+    qtbot: QtBot, session: Session, fetcher: SliceFetcher
+) -> None:
+    fetcher.fetch(0, 10)
+    with qtbot.waitSignal(fetcher.slice_arrived):
+        fetcher.fetch(0, 11)
+
+    source = fetcher._source
+    assert source is not None
+    qtbot.waitUntil(lambda: all((0, index) in source.cache for index in range(11, 16)))
+    assert (0, 9) not in source.cache
+
+
+def test_a_failing_disk_is_told_once_and_tried_again(
+    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
+) -> None:
+    told: list[Exception] = []
+    session.error_raised.connect(told.append)
+    disk.gate.set()
+    disk.error = OSError(5, "Input/output error")
+    for index in (3, 20):
+        with qtbot.waitSignal(slow.reading_failed):
+            slow.fetch(0, index)
+    assert slow.is_failing
+    assert len(told) == 1
+    assert isinstance(told[0], VolumeError)
+    assert "v001.npy" in str(told[0])
+
+    disk.error = None
+    with qtbot.waitSignal(slow.slice_arrived):
+        slow.fetch(0, 3)
+    assert not slow.is_failing
+
+
+def test_nothing_of_the_old_volume_arrives_after_another_is_open(
+    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
+) -> None:
+    arrived: list[SliceImage] = []
+    told: list[Exception] = []
+    slow.slice_arrived.connect(arrived.append)
+    session.error_raised.connect(told.append)
+    slow.fetch(0, 3)
+    assert disk.arrived.wait(10)
+
+    assert session.close_volume()
+    disk.gate.set()
+    slow.close()
+    qtbot.wait(0)
+
+    assert slow.fetch(0, 3) is None
+    assert arrived == []
+    assert told == []
+
+
+def test_closing_ends_the_threads(session: Session) -> None:
+    before = set(threading.enumerate())
+    fetcher = SliceFetcher(session)
+    started = set(threading.enumerate()) - before
+    assert len(started) == 3
+
+    fetcher.close()
+
+    assert not any(thread.is_alive() for thread in started)
+
+
+def test_closing_does_not_wait_for_a_disk_that_hangs(
+    session: Session, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("annotator.slices.fetching.CLOSING_PATIENCE_S", 0.01)
+    fetcher = SliceFetcher(session)
+    fetcher.fetch(0, 3)
+    assert disk.arrived.wait(10)
+
+    # Comes back although the gate is shut; what is read later goes nowhere.
+    fetcher.close()
+
+    assert not disk.gate.is_set()
+
+
+def test_a_fetcher_destroyed_without_closing_ends_its_threads(qtbot: QtBot, session: Session) -> None:
+    before = set(threading.enumerate())
+    fetcher = SliceFetcher(session)
+    started = set(threading.enumerate()) - before
+
+    fetcher.deleteLater()
+
+    qtbot.waitUntil(lambda: not any(thread.is_alive() for thread in started))
+
+
+def test_memory_for_slices_is_bounded(qtbot: QtBot, session: Session) -> None:
+    slice_bytes = 60 * 50
+    fetcher = SliceFetcher(session, cache_bytes=5 * slice_bytes)
+    for index in range(0, 40, 3):
+        with qtbot.waitSignal(fetcher.slice_arrived, check_params_cb=lambda image, i=index: image.index == i):
+            fetcher.fetch(0, index)
+    assert fetcher._source is not None
+    assert fetcher._source.cache.bytes_held <= 5 * slice_bytes
+    fetcher.close()
+
+
+def test_views_show_the_coarse_level_at_once_and_become_sharp(
+    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
+) -> None:
+    view = SliceView(session, 2, slow)
+    qtbot.addWidget(view)
+    view.resize(300, 300)
+    view.show()
+    session.look(crosshair_um=(0.0, 0.0, 30 * 9.4))
+
+    # The gate is shut: all that follows is drawn without the disk.
+    assert view.index == 30
+    assert not view.is_sharp
+    middle = view.grab().toImage().pixelColor(150, 150)
+    assert middle.lightness() > 100, "the bright slab is in the coarse level"
+    assert view._header(view.viewport, session.view).remark == "…"  # type: ignore[arg-type]
+
+    disk.gate.set()
+    qtbot.waitUntil(lambda: view.is_sharp)
+    assert view._header(view.viewport, session.view).remark == ""  # type: ignore[arg-type]
+
+
+def test_scrolling_goes_on_while_the_disk_hangs(
+    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
+) -> None:
+    view = SliceView(session, 0, slow)
+    qtbot.addWidget(view)
+    for index in range(40):
+        session.look(crosshair_um=(index * 15.9, 0.0, 0.0))
+        assert view.index == index
+        assert not view.is_sharp
+        view.grab()
+
+    disk.gate.set()
+    qtbot.waitUntil(lambda: view.is_sharp)
+
+
+def test_a_view_keeps_the_coarse_image_and_says_so_when_reading_fails(
+    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
+) -> None:
+    view = SliceView(session, 1, slow)
+    qtbot.addWidget(view)
+    disk.error = OSError(5, "Input/output error")
+    with qtbot.waitSignal(slow.reading_failed):
+        disk.gate.set()
+        session.look(crosshair_um=(0.0, 7 * 13.5, 0.0))
+
+    assert not view.is_sharp
+    assert view._image is not None
+    assert "cannot be read" in view._header(view.viewport, session.view).remark  # type: ignore[arg-type]
