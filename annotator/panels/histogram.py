@@ -51,7 +51,8 @@ def intensity_histogram(data: NDArray[Any]) -> IntensityHistogram:
     """Count the finite intensities of an array, every so many voxels of a large one."""
     flat = data.reshape(-1)
     sample = flat[:: max(1, flat.size // _SAMPLES)]
-    finite = sample[np.isfinite(sample)]
+    # Doubles, because single precision cannot part a narrow range of large values into bins.
+    finite = sample[np.isfinite(sample)].astype(np.float64)
     if not finite.size:
         return EMPTY
     integral = data.dtype.kind in "iu"
@@ -61,7 +62,8 @@ def intensity_histogram(data: NDArray[Any]) -> IntensityHistogram:
     else:
         low, high = float(finite.min()), float(finite.max())
     if low == high:
-        low, high = low - 0.5, high + 0.5
+        room = max(0.5, abs(low) * 1e-6)
+        low, high = low - room, high + room
     counts, _ = np.histogram(finite, _BINS, (low, high))
     return IntensityHistogram(counts, low, high, integral)
 
