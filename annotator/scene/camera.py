@@ -106,13 +106,12 @@ def fitted(camera: Camera, low_um: ArrayLike, high_um: ArrayLike, aspect: float)
     low, high = np.asarray(low_um, dtype=float), np.asarray(high_um, dtype=float)
     corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
     middle = (low + high) / 2
-    width_um = 2 * np.abs((corners - middle) @ camera.right).max()
-    height_um = 2 * np.abs((corners - middle) @ camera.up).max()
-    fitting_um = _MARGIN * max(height_um, width_um / aspect)
-    if not camera.parallel:
-        # The near side of the box looks larger than its middle.
-        reach_um = np.abs((corners - middle) @ camera.forward).max()
-        fitting_um += 2 * reach_um * math.tan(math.radians(VIEW_ANGLE_DEG / 2))
+    up = np.abs((corners - middle) @ camera.up)
+    right = np.abs((corners - middle) @ camera.right)
+    # In perspective a near corner needs more room than one in the middle, and a far corner less.
+    spread = 0.0 if camera.parallel else math.tan(math.radians(VIEW_ANGLE_DEG / 2))
+    nearer = -((corners - middle) @ camera.forward) * spread
+    fitting_um = 2 * _MARGIN * max((up + nearer).max(), (right / aspect + nearer).max())
     return replace(camera, focal_um=vector(middle), height_um=_zoomable(camera, fitting_um))
 
 

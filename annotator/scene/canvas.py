@@ -1,6 +1,7 @@
 """Mayavi's scene as a Qt widget, drawn when Qt asks for it and by nobody else."""
 
 from collections.abc import Callable
+from functools import partial
 
 import vtk
 from mayavi.core.api import Engine
@@ -47,6 +48,8 @@ class Canvas(QObject):
         self._surface = self.widget.windowHandle()
         if self._surface is not None:
             self._surface.installEventFilter(self)
+        # Where nobody calls `close`. Not a method of this object, which is gone by then.
+        parent.destroyed.connect(partial(_let_go, self.scene, self._engine))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if not self._open:
@@ -88,12 +91,8 @@ class Canvas(QObject):
 
     def close(self) -> None:
         """Let go of everything that VTK, Mayavi and OpenGL hold; nothing is drawn from now on."""
-        if not self._open:
-            return
         self._open = False
-        self._engine.remove_scene(self.scene)
-        self._engine.stop()
-        self.scene.close()
+        _let_go(self.scene, self._engine)
 
     def _follow_window(self) -> None:
         """Draw into the native window that Qt has made in place of the former one."""
@@ -104,3 +103,10 @@ class Canvas(QObject):
         if self._surface is not None:
             self._surface.installEventFilter(self)
         self.widget.update()
+
+
+def _let_go(scene: Scene, engine: Engine) -> None:
+    if engine.scenes:
+        engine.remove_scene(scene)
+        engine.stop()
+    scene.close()

@@ -126,10 +126,11 @@ def marker_picture(mark: Mark, font: QFont, ratio: float) -> QImage:
     with QPainter(image) as painter:
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if mark.preview:
-            _outline(painter, "circle", middle, radius + 1, QPen(color, 2, Qt.PenStyle.DotLine))
+            dotted = QPen(color, 2.5, Qt.PenStyle.DotLine)
+            _outline(painter, "circle", middle, radius + _RING_PX, dotted, around=True)
+            painter.setPen(QPen(QColor("black"), 1))
             painter.setBrush(color)
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.drawEllipse(middle, 2.5, 2.5)
+            painter.drawEllipse(middle, 3, 3)
         elif mark.state == "out_of_view":
             _outline(painter, "square", middle, radius - 0.5, QPen(color, 2))
         elif mark.state == "occluded":
@@ -145,7 +146,7 @@ def marker_picture(mark: Mark, font: QFont, ratio: float) -> QImage:
             painter.setPen(QColor("black") if mark.state == "placed" and not mark.preview else TEXT)
             whole = QRectF(0, 0, _MARKER_PX, _MARKER_PX)
             painter.drawText(whole, Qt.AlignmentFlag.AlignCenter, "?")
-        if mark.active:
+        if mark.active and not mark.preview:
             _outline(painter, "circle", middle, radius + _RING_PX, QPen(ACTIVE, 1.75), around=True)
     return image
 

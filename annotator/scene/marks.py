@@ -35,8 +35,8 @@ class Mark:
 
     @property
     def text(self) -> str:
-        """The name, with a question mark for what is unsure."""
-        return f"{self.name} ?" if self.unsure else self.name
+        """The name, with a question mark for what is unsure, and dots for what is on its way."""
+        return self.name + (" ?" if self.unsure else "") + (" …" if self.preview else "")
 
 
 def keypoint_marks(

@@ -87,7 +87,7 @@ class SlicesLook:
 
 
 class SlicesLayer:
-    """The three slices of a level through the crosshair, as pictures in space; drawn in the volume's place."""
+    """The three slices of a level through the crosshair, as pictures in space, in the volume's place."""
 
     def __init__(self) -> None:
         self._slices = [_Slice(axis) for axis in range(3)]

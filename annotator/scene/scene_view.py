@@ -1,6 +1,5 @@
 """The scene's widget: gathers what the session says to be drawn, and tells it what was clicked."""
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from annotator.scene.marks import SPHERE_PX, keypoint_marks
 from annotator.scene.picking import Picture
 from annotator.session import Session
 from annotator.settings import Renderer
+from annotator.windowing import dragged_window
 
 if TYPE_CHECKING:
     from annotator.scene.stage import SceneLook, Stage
@@ -25,7 +25,6 @@ REST_MS = 150
 
 _PICK_PX = SPHERE_PX / 2 + 3
 _CLOSE_UP = 1 / 6  # of the volume's diagonal: what the picture's height shows around a keypoint
-_WIDTHS_A_PX = 0.005  # by what part of its width a drag of one pixel changes the window
 _NOWHERE = Camera((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0), 1.0, 1.0)
 
 
@@ -52,6 +51,7 @@ class SceneView(QWidget):
         self._parallel = True
         self._seen: object = None
         self._volume_key: object = None
+        self._at_rest = False
         self._rest = QTimer(self)
         self._rest.setSingleShot(True)
         self._rest.setInterval(REST_MS)
@@ -139,6 +139,11 @@ class SceneView(QWidget):
         """How often the volume itself was drawn, and not its kept picture."""
         return self._stage.renderers.volume_draws if self._stage else 0
 
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the volume has been drawn at its best, and nothing has changed since."""
+        return self._at_rest
+
     def picture(self) -> QImage:
         """Return the scene as it is now, at its best; works without a screen too."""
         self.start()
@@ -149,6 +154,7 @@ class SceneView(QWidget):
         look = self._look()
         self._volume_key = self._stage.volume_key(look)
         self._stage.draw(look, self.font(), final=True)
+        self._at_rest = True
         return self._stage.canvas.picture()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -168,6 +174,7 @@ class SceneView(QWidget):
             super().keyPressEvent(event)
 
     def _redraw(self) -> None:
+        self._at_rest = False
         if self._stage is not None:
             # Any number of wishes is one frame, drawn when nothing else is to be done.
             self._stage.canvas.widget.update()
@@ -181,7 +188,8 @@ class SceneView(QWidget):
         if key != self._volume_key:
             self._volume_key = key
             self._rest.start()
-        self._stage.draw(look, self.font(), final=not self._rest.isActive())
+        self._at_rest = not self._rest.isActive()
+        self._stage.draw(look, self.font(), final=self._at_rest)
 
     def _look(self) -> "SceneLook":
         from annotator.scene.stage import SceneLook
@@ -279,10 +287,7 @@ class SceneView(QWidget):
 
     @Slot(QPointF)
     def _on_gestures_window_requested(self, moved: QPointF) -> None:
-        low, high = self._session.view.window
-        width = (high - low) * math.exp(_WIDTHS_A_PX * moved.x())
-        middle = (low + high) / 2 - _WIDTHS_A_PX * moved.y() * (high - low)
-        self._session.look(window=(middle - width / 2, middle + width / 2))
+        self._session.look(window=dragged_window(self._session.view.window, moved.x(), moved.y()))
 
     @Slot(QPointF)
     def _on_gestures_pick_requested(self, at: QPointF) -> None:

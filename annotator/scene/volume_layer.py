@@ -10,14 +10,13 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from annotations.geometry.frames import Vector
 from annotations.volumes import Level
 from annotator.colormaps import COLORMAPS
+from annotator.opacity import FAINT, OPAQUE
 from annotator.view import Rendering
 
 MOVING_RAY_PX = 3.0
 """Distance of rays on the screen while something moves, without a GPU; at rest there is one a pixel."""
 
 _COLORS = 32  # of a colour map of 256: straight lines between them cannot be told from it
-_OPAQUE = 0.6  # opacity of the brightest intensity, for each voxel that a ray passes
-_FAINT = 0.02  # opacity just above the threshold
 
 
 @dataclass(frozen=True)
@@ -116,8 +115,8 @@ class VolumeLayer:
         else:
             self._mapper.SetBlendModeToComposite()
             brightest = max(high, threshold + 1e-3)
-            self._opacity.AddPoint(threshold, _FAINT)
-            self._opacity.AddPoint(brightest, _OPAQUE)
+            self._opacity.AddPoint(threshold, FAINT)
+            self._opacity.AddPoint(brightest, OPAQUE)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,116 @@
+"""A scene on the small volume, started and drawn, and what tests do with it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
+
+from annotations.geometry.frames import Vector
+from annotator.scene.picking import Picture
+from annotator.scene.scene_view import SceneView
+from annotator.session import Session
+
+SIZE = (420, 320)
+SLAB_TOP_UM: Vector = (19.5 * 15.9, 29.5 * 13.5, 20 * 9.4)
+"""The middle of the slab's face towards the scanner."""
+
+
+class Scene:
+    """A scene that is on the screen, driven by mouse and keys."""
+
+    def __init__(self, qtbot: QtBot, session: Session) -> None:
+        self.qtbot = qtbot
+        self.session = session
+        self.view = SceneView(session)
+        self.view.resize(*SIZE)
+        qtbot.addWidget(self.view)
+        with qtbot.waitExposed(self.view):
+            self.view.show()
+        self.view.start()
+        self.settle()
+
+    @property
+    def canvas(self) -> QWidget:
+        """What the mouse is over."""
+        canvas = self.view.findChild(QWidget, "scene_canvas")
+        assert canvas is not None
+        return canvas
+
+    @property
+    def document_positions(self) -> dict[str, Vector]:
+        """What the document holds."""
+        assert self.session.document is not None
+        return dict(self.session.document.positions_um)
+
+    def place_of(self, position_um: Vector) -> QPoint:
+        """Return the pixel at which a position appears."""
+        assert self.view.camera is not None
+        picture = Picture(self.view.camera, self.canvas.width(), self.canvas.height())
+        x, y, _ = picture.project([position_um])[0]
+        return QPoint(int(x), int(y))
+
+    def click(self, at: QPoint, button: Qt.MouseButton = Qt.MouseButton.LeftButton) -> None:
+        """Press and release."""
+        self.qtbot.mouseClick(self.canvas, button, pos=at)
+
+    def double_click(self, at: QPoint) -> None:
+        """Send what a double click sends: a click, and a press that is called one, with its release."""
+        self.qtbot.mouseClick(self.canvas, Qt.MouseButton.LeftButton, pos=at)
+        self.qtbot.mouseDClick(self.canvas, Qt.MouseButton.LeftButton, pos=at)
+        self.qtbot.mouseRelease(self.canvas, Qt.MouseButton.LeftButton, pos=at)
+
+    def drag(
+        self,
+        start: QPoint,
+        way: QPoint,
+        button: Qt.MouseButton = Qt.MouseButton.LeftButton,
+        modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+    ) -> None:
+        """Press, move in steps, release."""
+        self.qtbot.mousePress(self.canvas, button, modifier, start)
+        for step in range(1, 6):
+            # qtbot's own move carries no buttons.
+            _move(self.canvas, QPointF(start) + QPointF(way) * step / 5, button, modifier)
+        self.qtbot.mouseRelease(self.canvas, button, modifier, start + way)
+
+    def settle(self) -> None:
+        """Wait until the volume is drawn at its best."""
+        self.qtbot.waitUntil(lambda: self.view.is_at_rest)
+
+    def pixels(self) -> np.ndarray:
+        """Return the scene's picture, shape (height, width, 3)."""
+        return pixels(self.view.picture())
+
+
+def pixels(image: QImage) -> np.ndarray:
+    """Return an image's colours, shape (height, width, 3)."""
+    plain = image.convertToFormat(QImage.Format.Format_RGBA8888)
+    shape = (plain.height(), plain.width(), 4)
+    return np.frombuffer(plain.constBits(), np.uint8).reshape(shape)[..., :3].astype(int)
+
+
+def _move(canvas: QWidget, at: QPointF, button: Qt.MouseButton, modifier: Qt.KeyboardModifier) -> None:
+    from PySide6.QtCore import QCoreApplication, QEvent
+    from PySide6.QtGui import QMouseEvent
+
+    event = QMouseEvent(
+        QEvent.Type.MouseMove,
+        at,
+        canvas.mapToGlobal(at),
+        Qt.MouseButton.NoButton,
+        button,
+        modifier,
+    )
+    QCoreApplication.sendEvent(canvas, event)
+
+
+@pytest.fixture
+def scene(qtbot: QtBot, session: Session) -> Iterator[Scene]:
+    """The scene of the open small volume, at rest."""
+    made = Scene(qtbot, session)
+    yield made
+    made.view.close()
