@@ -73,9 +73,8 @@ def make_demo_study(
 def _take_name(unfinished: Path, folder: Path) -> None:
     try:
         with contextlib.suppress(FileNotFoundError, NotADirectoryError):
-            # An empty folder may be in the way; one with anything in it is left alone.
-            if not any(folder.iterdir()):
-                folder.rmdir()
+            # An empty folder may be in the way; one with anything in it refuses, and is left alone.
+            folder.rmdir()
         unfinished.rename(folder)
     except OSError as error:
         if (folder / STUDY_FILE).exists():

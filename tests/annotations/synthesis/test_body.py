@@ -116,13 +116,14 @@ def test_each_links_body_lies_between_its_keypoints() -> None:
         assert body.is_round == (link.cross_section_um[0] == link.cross_section_um[1])
 
 
-def test_the_nearer_of_two_bodies_is_seen() -> None:
+@pytest.mark.parametrize("upper_first", [True, False])
+def test_the_nearer_of_two_bodies_is_seen(upper_first: bool) -> None:
     half = np.array([1000.0, 500.0, 500.0])
     upper = LinkBody(np.array([0.0, 0.0, 1000.0]), np.eye(3), half, is_round=True)
     lower = LinkBody(np.array([0.0, 0.0, 3000.0]), np.eye(3), half * [3, 1, 1], is_round=True)
     x = np.array([-2000.0, 0.0, 2000.0, 4000.0])
 
-    surface = surface_from_above([lower, upper], x, np.zeros(1))
+    surface = surface_from_above([upper, lower] if upper_first else [lower, upper], x, np.zeros(1))
 
     assert surface.depth_um[:, 0] == pytest.approx([2500, 500, 2500, np.inf])
     assert surface.facing[:, 0] == pytest.approx([1, 1, 1, 0])
