@@ -47,7 +47,7 @@ class ErrorDialog(QDialog):
             where = "" if error.where is None else str(error.where)
         else:
             self.setWindowTitle("Unexpected error")
-            problem = f"Something unexpected happened: {_sentence(str(error) or type(error).__name__)}"
+            problem = _sentence(f"Something unexpected happened: {str(error) or type(error).__name__}")
             where = ""
             remedy = (
                 "Your annotation is safe: every finished edit is kept. You can go on, or save and restart."
