@@ -27,6 +27,13 @@ _FILE = (
     Action(
         "open_folder", "Open Folder…", "File", ("Ctrl+Shift+O",), "Open a study, or every volume in a folder."
     ),
+    Action(
+        "open_demo",
+        "Open Demo Study",
+        "File",
+        ("Ctrl+Shift+D",),
+        "Open a small study of synthetic volumes; it is made first, once.",
+    ),
     *(
         Action(
             f"recent_{number}",

@@ -5,6 +5,9 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QFileDialog, QMainWindow
 
+from annotations.app_folders import data_folder
+from annotations.errors import UserError
+from annotations.synthesis.demo import make_demo_study
 from annotator.actions import RECENT_FILES
 from annotator.questions import Questions
 from annotator.session import Session
@@ -36,6 +39,7 @@ class FileHandlers:
         return recent | {
             "open_file": self.open_file,
             "open_folder": self.open_folder,
+            "open_demo": self.open_demo,
             "save": self._questions.save,
             "save_as": self._questions.save_elsewhere,
             "recover": self._recover,
@@ -69,6 +73,16 @@ class FileHandlers:
         if chosen:
             self.open_path(Path(chosen))
 
+    def open_demo(self) -> None:
+        """Make the demo study in the background unless it is there, and open it."""
+        folder = data_folder() / "demo"
+        self._session.jobs.start(
+            "Making the demo study",
+            lambda progress, cancelled: make_demo_study(folder, progress, cancelled),
+            done=self.open_path,
+            failed=self._on_demo_failed,
+        )
+
     def _start_folder(self) -> str:
         recent = self._settings.recent_paths
         return str(recent[0].parent) if recent else ""
@@ -92,6 +106,11 @@ class FileHandlers:
     def _cancel_jobs(self) -> None:
         for job in self._session.jobs.running:
             self._session.jobs.cancel(job)
+
+    def _on_demo_failed(self, error: Exception) -> None:
+        if not isinstance(error, UserError):
+            raise error
+        self._session.error_raised.emit(error)
 
     def _on_session_volume_changed(self) -> None:
         if self._session.volume is not None and self._opening is not None:

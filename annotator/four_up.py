@@ -10,6 +10,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QSplitter,
+    QStackedWidget,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -113,7 +114,13 @@ class FourUp(QWidget):
         self._used: Pane = "scene"
         self._used_axis = 2
         self._headers: dict[Pane, PaneHeader] = {}
-        views: dict[Pane, QWidget] = {"scene": scene, **dict(zip(SLICE_PANES, slices, strict=True))}
+        self._scene = QStackedWidget()
+        waiting = QLabel("Preparing the scene …")
+        waiting.setObjectName("scene_waiting")
+        waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._scene.addWidget(waiting)
+        self._scene.addWidget(scene)
+        views: dict[Pane, QWidget] = {"scene": self._scene, **dict(zip(SLICE_PANES, slices, strict=True))}
         self._frames = {pane: self._frame(pane, view) for pane, view in views.items()}
         self._columns = QSplitter(Qt.Orientation.Vertical)
         self._columns.setObjectName("pane_rows")
@@ -146,6 +153,10 @@ class FourUp(QWidget):
         """The axis that the slice used last is across."""
         pane = self._session.view.maximized
         return SLICE_PANES.index(pane) if pane in SLICE_PANES else self._used_axis
+
+    def show_scene(self) -> None:
+        """Show the scene, which until then is hidden: as soon as it is shown it imports what it needs."""
+        self._scene.setCurrentIndex(1)
 
     def state(self) -> QByteArray:
         """Pack how the panes share the space."""
@@ -180,8 +191,6 @@ class FourUp(QWidget):
         layout.setSpacing(0)
         layout.addWidget(header)
         layout.addWidget(view, 1)
-        # A view that is not there yet must not leave its place to the header.
-        layout.addStretch(0)
         return frame
 
     def _toggle_maximized(self, pane: Pane) -> None:

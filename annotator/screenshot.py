@@ -14,7 +14,6 @@ from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotations.volumes import DatasetChoice
 from annotator.crash_log import CrashLog
-from annotator.demo import open_demo
 from annotator.session import Session
 from annotator.session_options import SessionOptions
 from annotator.settings import Settings
@@ -54,7 +53,7 @@ class Photographer:
     def begin(self, path: Path | None) -> None:
         """Open a path, or the demo study, and take the picture when all of it is there."""
         if path is None:
-            open_demo(self._window)
+            self._window.open_demo()
         else:
             self._session.open_path(path)
         self._window.prepare_scene()

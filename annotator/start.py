@@ -10,7 +10,6 @@ from annotations import __version__
 from annotations.app_folders import state_folder
 from annotations.geometry.frames import Vector
 from annotator.crash_log import CrashLog
-from annotator.demo import open_demo
 from annotator.session import Session
 from annotator.session_options import SessionOptions
 from annotator.settings import Settings
@@ -66,7 +65,7 @@ def run(
 
     def begin() -> None:
         if demo:
-            open_demo(window)
+            window.open_demo()
         elif path is not None:
             window.open_path(path)
         session.offer_recoveries()

@@ -5,12 +5,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QSize, Qt, Slot
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QToolBar, QWidget
 
 from annotator.action_set import ActionSet
 from annotator.action_state import state_of
+from annotator.actions import RECENT_FILES
 from annotator.annotate_handlers import AnnotateHandlers
 from annotator.display_memory import DisplayMemory
 from annotator.file_handlers import FileHandlers
@@ -30,6 +31,7 @@ from annotator.settings import Settings
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.linked_zoom import link_zoom
 from annotator.slices.slice_view import SliceView
+from annotator.start_page import StartPage
 from annotator.status_line import StatusLine
 from annotator.typing_guard import TypingGuard
 from annotator.view import View
@@ -77,18 +79,22 @@ class MainWindow(QMainWindow):
             self.questions.start()
         self.fetcher = SliceFetcher(session, self)
         self.scene = SceneView(session, renderer=settings.renderer)
-        # It would import Mayavi as soon as it is shown, and nothing else would be drawn for seconds.
-        self.scene.hide()
         self.slices = tuple(SliceView(session, axis, self.fetcher) for axis in range(3))
         link_zoom(self.slices)
         self.four_up = FourUp(session, self.scene, self.slices)
-        self.setCentralWidget(self.four_up)
+        self._centre = QStackedWidget()
+        self._centre.setObjectName("centre")
+        self._centre.addWidget(self.four_up)
+        self.setCentralWidget(self._centre)
         self._worklist = WorklistPanel(session)
         self._pose = PosePanel(session)
         self._docks = self._make_docks()
         self.status = StatusLine(session)
         self.status.addPermanentWidget(JobsPanel(session))
         self.setStatusBar(self.status)
+        self._centre_timer = QTimer(self)
+        self._centre_timer.setSingleShot(True)
+        self._centre_timer.timeout.connect(self._draw_centre)
         self._display_memory = DisplayMemory(session, settings, self)
         self._guard = TypingGuard(self.four_up)
         self._files = FileHandlers(session, settings, self.questions, self)
@@ -113,15 +119,21 @@ class MainWindow(QMainWindow):
         self.actions_by_name.fill_menu_bar(self.menuBar())
         self.actions_by_name.draw_icons(self.palette())
         self._make_tool_bar()
+        self._start_page = self._make_start_page()
         self._connect()
         self._restore_layout()
         self._draw_actions()
         self._draw_title()
+        self._draw_centre()
         self._is_built = True
 
     def open_path(self, path: Path) -> None:
         """Open a volume, an annotation, a study or a folder of volumes, and remember it."""
         self._files.open_path(path)
+
+    def open_demo(self) -> None:
+        """Open the demo study, which is made first if it is not there."""
+        self._files.open_demo()
 
     def prepare_scene(self) -> None:
         """Load Mayavi beside everything else, and show the scene when that is done."""
@@ -200,6 +212,15 @@ class MainWindow(QMainWindow):
         self.actions_by_name.fill_tool_bar(bar)
         self.addToolBar(bar)
 
+    def _make_start_page(self) -> StartPage:
+        actions = self.actions_by_name
+        page = StartPage(
+            [actions[name] for name in ("open_file", "open_folder", "open_demo")],
+            [actions[f"recent_{number}"] for number in range(1, RECENT_FILES + 1)],
+        )
+        self._centre.addWidget(page)
+        return page
+
     def _connect(self) -> None:
         session = self.session
         for dock in self._docks.values():
@@ -237,6 +258,14 @@ class MainWindow(QMainWindow):
         also = {"perspective"} if self._looks.perspective else set()
         self.actions_by_name.draw(state, {*also, *self._parts.checked()})
 
+    def _draw_centre(self) -> None:
+        # From one volume to the next there is none for a moment: the panes stay.
+        is_opening = any(job.shown for job in self.session.jobs.running)
+        if self.session.volume is not None:
+            self._centre.setCurrentWidget(self.four_up)
+        elif not is_opening:
+            self._centre.setCurrentWidget(self._start_page)
+
     def _draw_title(self) -> None:
         volume = self.session.volume
         names = [f"{volume.path.name}[*]"] if volume is not None else []
@@ -251,11 +280,14 @@ class MainWindow(QMainWindow):
             self.close()
 
     def _on_job_stage_imported(self, _: object) -> None:
-        self.scene.show()
+        self.four_up.show_scene()
 
     @Slot(object)
-    def _on_jobs_job_changed(self, _: Job) -> None:
-        self._draw_actions()
+    def _on_jobs_job_changed(self, job: Job) -> None:
+        # Only the first and the last change something: progress comes many times a second.
+        if job.progress is None or job.state != "running":
+            self._draw_actions()
+            self._centre_timer.start()
 
     @Slot(bool)
     def _on_dock_visibility_changed(self, _: bool) -> None:
@@ -275,6 +307,11 @@ class MainWindow(QMainWindow):
     def _on_session_volume_changed(self) -> None:
         self._draw_actions()
         self._draw_title()
+        if self.session.volume is not None:
+            self._draw_centre()
+        else:
+            # The opening of the next one has begun by then, if there is to be one.
+            self._centre_timer.start()
 
     def _on_session_worklist_changed(self) -> None:
         self._draw_actions()
