@@ -56,9 +56,12 @@ def averaged_level(
     data = np.empty(merged_shape(volume.shape, factors), displayed_dtype(volume.dtype))
     progress(0.0)
     done = 0
-    for region in _tiles(volume, factors):
+    tiles = list(_tiles(volume, factors))
+    for region, following in zip(tiles, [*tiles[1:], None], strict=True):
         if cancelled():
             raise Cancelled
+        if following is not None:
+            volume.prefetch(following)
         values = volume.read(region)
         first, second, third = (
             slice(part.start // factor, -(-part.stop // factor))

@@ -121,7 +121,7 @@ def strided_preview(
     starts = [(length - 1) % factor // 2 for length, factor in zip(volume.shape, factors, strict=True)]
     first, second, third = (slice(start, None, factor) for start, factor in zip(starts, factors, strict=True))
     return Level(
-        data=displayed(volume.read((first, second, third))),
+        data=displayed(volume.load((first, second, third))),
         spacing_um=_times(spacing, factors),
         origin_um=_times(spacing, starts),
         kind="strided",
@@ -160,7 +160,7 @@ def detail_block(volume: Volume, spacing_um: SpacingUm, centre_um: ArrayLike, si
         starts.append(start)
         parts.append(slice(start, last + 1))
     return Level(
-        data=displayed(volume.read((parts[0], parts[1], parts[2]))),
+        data=displayed(volume.load((parts[0], parts[1], parts[2]))),
         spacing_um=spacing,
         origin_um=_times(spacing, starts),
         kind="detail",

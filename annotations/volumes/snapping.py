@@ -111,7 +111,7 @@ def _neighbourhood(
     high = np.minimum(np.ceil(centre + reach).astype(int) + _MARGIN_VOXEL + 1, volume.shape)
     if np.any(low >= high):
         return None
-    values = volume.read((slice(low[0], high[0]), slice(low[1], high[1]), slice(low[2], high[2])))
+    values = volume.load((slice(low[0], high[0]), slice(low[1], high[1]), slice(low[2], high[2])))
     finite = np.nan_to_num(values.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
     offsets = [(np.arange(low[axis], high[axis]) - centre[axis]) / reach[axis] for axis in range(3)]
     return _Neighbourhood(

@@ -1,12 +1,12 @@
 """A lazy, read-only, three-dimensional array on disk, and what can be wrong with one."""
 
 import math
-import os
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Literal, Protocol, Self, cast
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,8 @@ Array = NDArray[Any]
 Shape = tuple[int, int, int]
 Region = tuple[slice, slice, slice]
 WHOLE = slice(None)
+
+_PIECE_BYTES = 32 << 20
 
 
 class VolumeError(UserError):
@@ -61,14 +63,19 @@ class DatasetChoiceNeeded(VolumeError):  # noqa: N818 - a question rather than a
         )
 
 
-class Storage(Protocol):
+class Storage(ABC):
     """Where a volume's voxels come from; one class a way of storing them. Safe in several threads."""
 
+    @abstractmethod
     def read(self, region: Region) -> Array:
         """Return the voxels of a region whose slices have a start, a stop and a positive step."""
 
+    @abstractmethod
     def close(self) -> None:
         """Let go of the file; once closed, stay closed."""
+
+    def prefetch(self, region: Region) -> None:  # noqa: B027 - most storages read nothing ahead
+        """Ask for what a later `read` of the region will touch, without waiting for it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,18 +177,51 @@ class Volume:
         ValueError
             A step is not positive.
         """
-        first, second, third = (
-            slice(*part.indices(length)) for part, length in zip(region, self.shape, strict=True)
-        )
-        if min(first.step, second.step, third.step) < 1:
-            raise ValueError(f"steps must be positive: {region}")
+        inside = self._inside(region)
         try:
-            stored = self._storage.read((first, second, third))
+            stored = self._storage.read(inside)
         except VolumeError as error:
             raise VolumeError(error.problem, where=self.path, remedy=error.remedy) from error
         except (OSError, RuntimeError) as error:
             raise unreadable(self.path, error) from error
         return _native(stored)
+
+    def load(self, region: tuple[slice, slice, slice]) -> Array:
+        """Return the voxels of a region in memory: looking at them later never waits for the disk.
+
+        Of a mapped file the parts are asked for ahead of their turn: from a disk that has not read them
+        before, a slice or a preview comes many times faster than by waiting for one page after the other.
+
+        Parameters and errors are those of `read`.
+
+        Returns
+        -------
+        numpy.ndarray
+            Three-dimensional, `dtype`, C-contiguous; a copy.
+        """
+        inside = self._inside(region)
+        slow = 2 if self.fortran_order else 0
+        along = range(inside[slow].start, inside[slow].stop, inside[slow].step)
+        plane_bytes = self.dtype.itemsize * math.prod(self.shape) // self.shape[slow]
+        # Blocks of a chunked file are read once: cutting through them would unpack them again.
+        count = max(1, _PIECE_BYTES // plane_bytes if self.chunks is None else len(along))
+        pieces = []
+        for place in range(0, len(along), count):
+            some = along[place : place + count]
+            pieces.append(_with_axis(inside, slow, slice(some[0], some[-1] + 1, some.step)))
+        loaded = np.empty([len(range(part.start, part.stop, part.step)) for part in inside], self.dtype)
+        for part in pieces[:1]:
+            self.prefetch(part)
+        for number, piece in enumerate(pieces):
+            for following in pieces[number + 1 : number + 2]:
+                self.prefetch(following)
+            target = slice(number * count, (number + 1) * count)
+            loaded[_with_axis((WHOLE, WHOLE, WHOLE), slow, target)] = self.read(piece)
+        return loaded
+
+    def prefetch(self, region: tuple[slice, slice, slice]) -> None:
+        """Ask the operating system for what a later `read` of the region will touch; returns at once."""
+        self._storage.prefetch(self._inside(region))
 
     def slice_plane(self, axis: int, index: int) -> Array:
         """Return the plane of voxels with one index, in memory.
@@ -208,14 +248,20 @@ class Volume:
         """
         if not 0 <= index < self.shape[axis]:
             raise IndexError(f"no plane {index} along axis {axis} of a volume of shape {self.shape}")
-        region = [WHOLE, WHOLE, WHOLE]
-        region[axis] = slice(index, index + 1)
-        plane = self.read((region[0], region[1], region[2])).squeeze(axis)
-        return np.array(plane, order="C", copy=True)
+        return self.load(_with_axis((WHOLE, WHOLE, WHOLE), axis, slice(index, index + 1))).squeeze(axis)
 
     def close(self) -> None:
         """Let go of the file. Arrays already handed out stay good; closing again does nothing."""
         self._storage.close()
+
+    def _inside(self, region: Region) -> Region:
+        """Return the region with starts and stops within the volume."""
+        first, second, third = (
+            slice(*part.indices(length)) for part, length in zip(region, self.shape, strict=True)
+        )
+        if min(first.step, second.step, third.step) < 1:
+            raise ValueError(f"steps must be positive: {region}")
+        return (first, second, third)
 
     def __enter__(self) -> Self:
         return self
@@ -227,54 +273,6 @@ class Volume:
         traceback: TracebackType | None,
     ) -> None:
         self.close()
-
-
-class MappedStorage:
-    """Voxels that lie in a file just as they lie in memory; the operating system reads what is touched."""
-
-    def __init__(self, array: Array) -> None:
-        self._array: Array | None = array
-
-    @classmethod
-    def of_stream(
-        cls,
-        stream: IO[bytes],
-        *,
-        where: Path,
-        dtype: np.dtype[Any],
-        shape: Shape,
-        offset: int = 0,
-        fortran_order: bool = False,
-    ) -> Self:
-        """Map an array that starts at a byte of an open file; the file may be closed afterwards.
-
-        Raises
-        ------
-        VolumeError
-            The file ends before the array does.
-        """
-        needed = offset + math.prod(shape) * dtype.itemsize
-        found = stream.seek(0, os.SEEK_END)
-        if found < needed:
-            raise VolumeError(
-                f"the file is cut short: its header promises {needed:,} bytes and there are {found:,}",
-                where=where,
-                remedy="Copy or export it again",
-            )
-        # NumPy takes any open file here; its stubs know of fewer.
-        mapped = np.memmap(cast(Any, stream), dtype, "r", offset, shape, "F" if fortran_order else "C")
-        return cls(np.asarray(mapped))
-
-    def read(self, region: Region) -> Array:
-        """Return a view of the file."""
-        array = self._array
-        if array is None:
-            raise closed()
-        return array[region]
-
-    def close(self) -> None:
-        """Forget the array; the file is let go with the last view of it."""
-        self._array = None
 
 
 def check_array(path: Path, dataset: str | None, shape: Sequence[int], dtype: np.dtype[Any]) -> Shape:
@@ -336,6 +334,11 @@ def unreadable(path: Path, error: Exception) -> VolumeError:
         where=path,
         remedy="It may be damaged or out of reach: try to copy or export it again",
     )
+
+
+def _with_axis(region: Region, axis: int, part: slice) -> Region:
+    first, second, third = (part if place == axis else each for place, each in enumerate(region))
+    return (first, second, third)
 
 
 def _native(stored: Array) -> Array:

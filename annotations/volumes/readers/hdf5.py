@@ -9,11 +9,11 @@ import h5py
 import numpy as np
 
 from annotations.volumes.file_metadata import NAMES, depth_axis_from_attributes, spacing_from_attributes
+from annotations.volumes.mapping import MappedStorage
 from annotations.volumes.volume import (
     Array,
     DatasetChoice,
     DatasetChoiceNeeded,
-    MappedStorage,
     Region,
     Shape,
     Storage,
@@ -29,7 +29,7 @@ _TILE_BYTES = 16 << 20
 _NAMED_AT_MOST = 12
 
 
-class Hdf5Storage:
+class Hdf5Storage(Storage):
     """A chunked or compressed dataset; the HDF5 library lets one thread in at a time."""
 
     def __init__(self, file: h5py.File, dataset: h5py.Dataset) -> None:

@@ -6,7 +6,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from annotations.volumes.volume import MappedStorage, StoredArray, VolumeError, check_array
+from annotations.volumes.mapping import MappedStorage
+from annotations.volumes.volume import StoredArray, VolumeError, check_array
 
 MAGIC = b"\x93NUMPY"
 

@@ -14,12 +14,12 @@ import numpy as np
 
 from annotations.app_folders import cache_folder
 from annotations.volumes.file_metadata import NAMES, depth_axis_from_attributes, spacing_from_attributes
+from annotations.volumes.mapping import MappedStorage
 from annotations.volumes.readers.npy import NpyHeader, read_npy_header
 from annotations.volumes.volume import (
     Array,
     DatasetChoice,
     DatasetChoiceNeeded,
-    MappedStorage,
     Region,
     Shape,
     Storage,
@@ -37,7 +37,7 @@ _SUFFIX = ".npy"
 _SMALL = 4096
 
 
-class InflatedStorage:
+class InflatedStorage(Storage):
     """A compressed member, inflated on the first read into a nameless file that vanishes with the volume.
 
     A file rather than memory, so that a volume larger than the memory can be looked at; nameless, so that
@@ -55,13 +55,21 @@ class InflatedStorage:
 
     def read(self, region: Region) -> Array:
         """Return a view of the inflated array."""
+        return self._inflated().read(region)
+
+    def prefetch(self, region: Region) -> None:
+        """Ask for the pages of the region, once there are any."""
+        mapped = self._mapped
+        if mapped is not None:
+            mapped.prefetch(region)
+
+    def _inflated(self) -> MappedStorage:
         with self._lock:
             if self._closed:
                 raise closed()
             if self._mapped is None:
                 self._mapped = self._inflate()
-            mapped = self._mapped
-        return mapped.read(region)
+            return self._mapped
 
     def close(self) -> None:
         """Let go of the inflated file."""

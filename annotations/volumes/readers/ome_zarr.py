@@ -23,6 +23,7 @@ from annotations.volumes.volume import (
     DatasetChoiceNeeded,
     Region,
     Shape,
+    Storage,
     StoredArray,
     VolumeError,
     check_array,
@@ -44,7 +45,7 @@ class _Image:
     um: tuple[float | None, ...]
 
 
-class ZarrStorage:
+class ZarrStorage(Storage):
     """An array in a Zarr hierarchy; the library unpacks the blocks concerned in threads of its own."""
 
     def __init__(self, array: Any, kept: tuple[int, ...]) -> None:

@@ -15,13 +15,13 @@ from annotations.volumes.file_metadata import (
     spacing_from_attributes,
     um_per_unit,
 )
+from annotations.volumes.mapping import MappedStorage
 from annotations.volumes.readers.axes import kept_axes
 from annotations.volumes.spacing import SpacingUm
 from annotations.volumes.volume import (
     Array,
     DatasetChoice,
     DatasetChoiceNeeded,
-    MappedStorage,
     Region,
     Shape,
     Storage,
@@ -36,7 +36,7 @@ from annotations.volumes.volume import (
 _NAME = "series {}"
 
 
-class PagedStorage:
+class PagedStorage(Storage):
     """A stack of compressed or scattered pages along axis 0; only the wanted ones are decoded."""
 
     def __init__(self, file: tifffile.TiffFile, series: tifffile.TiffPageSeries, shape: Shape) -> None:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from annotations.volumes import Volume, fingerprint, open_volume
+from annotations.volumes.volume import Storage
 
 
 def saved(folder: Path, array: np.ndarray) -> str:
@@ -74,7 +75,7 @@ def test_the_blocks_of_a_large_volume_are_runs_of_the_file(tmp_path: Path, order
                 flat[place] = 0
 
 
-class CountingStorage:
+class CountingStorage(Storage):
     def __init__(self, array: np.ndarray) -> None:
         self.array = array
         self.voxels = 0

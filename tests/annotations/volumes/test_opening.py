@@ -57,6 +57,7 @@ def test_every_format_type_and_order_reads_back(write, array, region, data) -> N
             assert whole.dtype == expected.dtype
             np.testing.assert_array_equal(whole, expected)
             np.testing.assert_array_equal(volume.read(region), expected[region])
+            np.testing.assert_array_equal(volume.load(region), expected[region])
             plane = volume.slice_plane(axis, index)
             np.testing.assert_array_equal(plane, np.take(expected, index, axis))
             assert plane.flags.c_contiguous

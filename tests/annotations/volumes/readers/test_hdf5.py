@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from annotations.volumes import DatasetChoiceNeeded, VolumeError, open_volume
+from annotations.volumes.mapping import MappedStorage
 from annotations.volumes.readers.hdf5 import Hdf5Storage
-from annotations.volumes.volume import MappedStorage
 
 WHOLE = (slice(None), slice(None), slice(None))
 

@@ -5,8 +5,8 @@ import pytest
 import tifffile
 
 from annotations.volumes import DatasetChoiceNeeded, VolumeError, open_volume
+from annotations.volumes.mapping import MappedStorage
 from annotations.volumes.readers.tiff import PagedStorage
-from annotations.volumes.volume import MappedStorage
 
 WHOLE = (slice(None), slice(None), slice(None))
 GREY = {"photometric": "minisblack"}

@@ -1,0 +1,129 @@
+import itertools
+import mmap
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from annotations.volumes import VolumeError, mapping, open_volume, volume
+from annotations.volumes.mapping import MappedStorage
+
+sides = st.tuples(*[st.integers(1, 12)] * 3)
+
+
+@st.composite
+def cut_shapes(draw: st.DrawFn) -> tuple[tuple[int, int, int], tuple[slice, slice, slice]]:
+    shape = draw(sides)
+    parts = [
+        slice(draw(st.integers(0, length)), draw(st.integers(0, length)), draw(st.integers(1, 4)))
+        for length in shape
+    ]
+    return shape, (parts[0], parts[1], parts[2])
+
+
+def mapped(path: Path, array: np.ndarray, offset: int) -> MappedStorage:
+    path.write_bytes(bytes(offset) + array.tobytes("A"))
+    with path.open("rb") as stream:
+        return MappedStorage.of_stream(
+            stream,
+            where=path,
+            dtype=array.dtype,
+            shape=array.shape,
+            offset=offset,
+            fortran_order=not array.flags.c_contiguous,
+        )
+
+
+@given(
+    cut=cut_shapes(),
+    dtype=st.sampled_from(["u1", ">u2", "f8"]),
+    order=st.sampled_from("CF"),
+    gap=st.integers(0, 50),
+)
+def test_what_is_asked_for_covers_what_is_read(
+    tmp_path_factory: pytest.TempPathFactory, cut: Any, dtype: str, order: str, gap: int
+) -> None:
+    shape, region = cut
+    offset = 13
+    array = np.zeros(shape, dtype, order=order)
+    storage = mapped(tmp_path_factory.mktemp("mapped") / "v.raw", array, offset)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mapping, "_GAP_BYTES", gap)
+        spans = list(storage._spans(storage._open[1], region))
+    asked = np.zeros(offset + array.nbytes, bool)
+    for start, stop in spans:
+        assert 0 <= start < stop <= len(asked)
+        asked[start:stop] = True
+    marked = np.zeros(shape, np.uint8, order=order)
+    marked[region] = 1
+    touched = np.repeat(marked.ravel(order="K"), array.itemsize).astype(bool)
+    assert asked[offset:][touched].all()
+    assert bool(spans) is bool(touched.any())
+    assert all(later[0] - before[1] > gap for before, later in itertools.pairwise(spans))
+
+
+@given(cut=cut_shapes(), order=st.sampled_from("CF"), piece_bytes=st.sampled_from([1, 100, 1 << 20]))
+def test_loading_in_pieces_is_reading_a_copy(
+    tmp_path_factory: pytest.TempPathFactory, cut: Any, order: str, piece_bytes: int
+) -> None:
+    shape, region = cut
+    array = np.arange(np.prod(shape), dtype=">u2").reshape(shape, order=order)
+    path = tmp_path_factory.mktemp("loaded") / "v.npy"
+    np.save(path, array)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(volume, "_PIECE_BYTES", piece_bytes)
+        loaded = open_volume(path).load(region)
+    np.testing.assert_array_equal(loaded, array[region])
+    assert loaded.dtype == np.uint16
+    assert loaded.dtype.isnative
+    assert loaded.flags.c_contiguous
+    assert loaded.flags.owndata
+
+
+def test_pieces_are_asked_for_before_their_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    np.save(tmp_path / "v.npy", np.zeros((6, 10, 10), np.uint8))
+    opened = open_volume(tmp_path / "v.npy")
+    done: list[tuple[str, int]] = []
+    read, prefetch = MappedStorage.read, MappedStorage.prefetch
+    monkeypatch.setattr(volume, "_PIECE_BYTES", 200)
+    monkeypatch.setattr(
+        MappedStorage,
+        "read",
+        lambda self, region: done.append(("read", region[0].start)) or read(self, region),
+    )
+    monkeypatch.setattr(
+        MappedStorage,
+        "prefetch",
+        lambda self, region: done.append(("ask", region[0].start)) or prefetch(self, region),
+    )
+    opened.load((slice(None), slice(None), slice(3, 4)))
+    assert done == [("ask", 0), ("ask", 2), ("read", 0), ("ask", 4), ("read", 2), ("read", 4)]
+
+
+def test_asking_may_fail_without_harm(
+    write, tmp_path: Path, ramp: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = open_volume(write(tmp_path, ramp))
+    # Where the system has no such advice.
+    monkeypatch.delattr(mmap, "MADV_WILLNEED", raising=False)
+    np.testing.assert_array_equal(opened.slice_plane(1, 2), ramp[:, 2])
+    # Where it refuses the advice.
+    monkeypatch.setattr(mmap, "MADV_WILLNEED", 999_999, raising=False)
+    np.testing.assert_array_equal(opened.slice_plane(2, 2), ramp[:, :, 2])
+    opened.close()
+    with pytest.raises(VolumeError, match="closed"):
+        opened.slice_plane(0, 0)
+
+
+def test_a_file_that_ends_early_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "v.raw").write_bytes(bytes(99))
+    with (
+        (tmp_path / "v.raw").open("rb") as stream,
+        pytest.raises(VolumeError, match="110 bytes and there are 99"),
+    ):
+        MappedStorage.of_stream(
+            stream, where=tmp_path / "v.raw", dtype=np.dtype("u1"), shape=(10, 1, 10), offset=10
+        )
