@@ -14,6 +14,8 @@ from annotations.errors import UserError, first_problem
 from annotations.geometry.tool import Name, Positive
 
 STUDY_FILE = "study.toml"
+# On Windows no name of a folder holds one of these, and studies travel.
+_NOT_IN_FOLDERS = frozenset('/\\:*?"<>|')
 
 
 class StudyError(UserError):
@@ -24,9 +26,22 @@ def _relative_path(value: str) -> str:
     path = PurePosixPath(value)
     if not path.parts or path.is_absolute() or ":" in path.parts[0] or "\\" in value:
         raise ValueError("a volume's path is relative to the study's folder, with forward slashes")
-    if any(unicodedata.category(character) in ("Cc", "Cs") for character in value):
+    if not _is_plain_text(value):
         raise ValueError("a volume's path must be text that a TOML file can hold: rename the file")
     return value
+
+
+def _folder_name(value: str) -> str:
+    if not value or value.strip(" .") != value or _NOT_IN_FOLDERS & set(value) or not _is_plain_text(value):
+        raise ValueError(
+            "an annotator's name is also a folder's: it holds none of / \\ : * ? \" < > | and neither begins "
+            f"nor ends with a space or a full stop: {value!r}"
+        )
+    return value
+
+
+def _is_plain_text(value: str) -> bool:
+    return all(unicodedata.category(character) not in ("Cc", "Cs") for character in value)
 
 
 class StudyVolume(Record):
@@ -67,7 +82,7 @@ class Study(Record):
     title: str
     tool: Name
     methods: Annotated[tuple[Method, ...], Field(min_length=1)] = ("keypoints",)
-    annotators: tuple[Name, ...] = ()
+    annotators: tuple[Annotated[str, AfterValidator(_folder_name)], ...] = ()
     volumes: tuple[StudyVolume, ...] = ()
 
     @model_validator(mode="after")
@@ -78,9 +93,9 @@ class Study(Record):
             ("method", list(self.methods)),
         ):
             # Files and folders are named after them, and on many systems Anna and anna are one folder.
-            folded = [name.casefold() for name in names]
-            for name in names:
-                if folded.count(name.casefold()) > 1:
+            folded = [unicodedata.normalize("NFC", name).casefold() for name in names]
+            for name, each in zip(names, folded, strict=True):
+                if folded.count(each) > 1:
                     raise ValueError(f"{kind} {name!r} stands more than once (capitals do not count)")
         return self
 
@@ -109,5 +124,12 @@ def save_study(study: Study, folder: Path) -> None:
 
 
 def annotation_path(folder: Path, annotator: str, volume_id: str, method: Method) -> Path:
-    """Return where an annotator's annotation of a volume is kept below a study's folder."""
+    """Return where an annotator's annotation of a volume is kept below a study's folder.
+
+    StudyError for an annotator whose name cannot be that of a folder.
+    """
+    try:
+        _folder_name(annotator)
+    except ValueError as error:
+        raise StudyError(str(error), remedy="Choose another name for the annotator") from error
     return folder / "annotations" / annotator / f"{volume_id}.{method}.json"

@@ -20,7 +20,7 @@ def angle_deg(first: ArrayLike, second: ArrayLike) -> float:
 
 
 def signed_angle_deg(first: ArrayLike, second: ArrayLike, hinge_axis: ArrayLike) -> float:
-    """Return the angle from one vector to another about a hinge axis, in (−180, 180] degrees.
+    """Return the angle from one vector to another about a hinge axis, in [−180, 180] degrees.
 
     atan2((a × b) · h, a · b) with the hinge axis h as a unit vector; all of shape (3,). For vectors that are
     perpendicular to h this is the rotation about it; NaN where a length is zero.
@@ -29,8 +29,7 @@ def signed_angle_deg(first: ArrayLike, second: ArrayLike, hinge_axis: ArrayLike)
     if a is None or b is None or hinge is None:
         return math.nan
     sine = float(np.dot(np.cross(a, b), hinge)) / math.hypot(*hinge)
-    # Adding zero takes away the sign of a negative zero, which would make −180° of 180°.
-    return math.degrees(math.atan2(sine + 0.0, float(np.dot(a, b))))
+    return math.degrees(math.atan2(sine, float(np.dot(a, b))))
 
 
 def scaled(values: ArrayLike) -> NDArray[np.float64] | None:

@@ -25,7 +25,7 @@ class PoseTargets:
     angles_deg : dict of str to float
         Unsigned angle in [0, 180] for each of the tool's angle targets that is known.
     signed_angles_deg : dict of str to float
-        Signed angle in (−180, 180] for those whose hinge axis is known besides.
+        Signed angle in [−180, 180] for those whose hinge axis is known besides.
     """
 
     position_um: Vector | None = None

@@ -94,7 +94,9 @@ def test_the_origin_is_a_position_like_any_other() -> None:
 
 
 def test_numbers_become_plain_floats() -> None:
-    position_um = KeypointAnnotation(**PLACED | {"position_um": tuple(np.float32([1, 2, 3]))}).position_um
+    position_um = KeypointAnnotation(
+        **PLACED | {"position_um": (np.float32(1), np.float64(2), 3)}
+    ).position_um
     assert position_um is not None
     assert [type(value) for value in position_um] == [float, float, float]
 

@@ -116,9 +116,10 @@ def test_what_is_saved_is_what_is_loaded(study: Study) -> None:
         ('["keypoints", "boxes"]', '["boxes", "boxes"]', "method 'boxes' stands more than once"),
         ('["anna", "ben"]', '["anna", "anna"]', "annotator 'anna' stands more than once"),
         ('["anna", "ben"]', '["anna", "Anna"]', "annotator 'anna' stands more than once"),
-        ('["anna", "ben"]', '["anna", "../ben"]', "annotators.1: a name holds letters"),
-        ('["anna", "ben"]', '["anna", ".."]', "annotators.1: a name holds letters"),
-        ('["anna", "ben"]', '["anna", ""]', "annotators.1: a name holds letters"),
+        ('["anna", "ben"]', '["anna", "../ben"]', "annotators.1: an annotator's name is also a folder's"),
+        ('["anna", "ben"]', '["anna", ".."]', "annotators.1: an annotator's name is also a folder's"),
+        ('["anna", "ben"]', '["anna", ""]', "annotators.1: an annotator's name is also a folder's"),
+        ('["anna", "ben"]', '["Jürgen", "Ju\u0308rgen"]', "annotator 'Jürgen' stands more than once"),
         ('["anna", "ben"]', '"anna"', "annotators: Input should be a valid tuple"),
         ('id = "v002"', 'id = "v001"', "volume 'v001' stands more than once"),
         ('id = "v002"', 'id = "V001"', "stands more than once (capitals do not count)"),
@@ -205,3 +206,18 @@ def test_a_study_cannot_be_changed(tmp_path: Path, wrong: dict[str, Any]) -> Non
     for name, value in wrong.items():
         with pytest.raises(ValidationError, match="frozen"):
             setattr(study, name, value)
+
+
+@pytest.mark.parametrize("name", ["anna", "Anna Meyer", "Jürgen", "安娜", "a.b-c_d", "O'Neill"])
+def test_people_have_names_in_any_script(tmp_path: Path, name: str) -> None:
+    path = annotation_path(tmp_path, name, "v001", "boxes")
+    assert path == tmp_path / "annotations" / name / "v001.boxes.json"
+    assert load_study(write(tmp_path, SOUND.replace('"ben"', f'"{name}x"'))).annotators[1] == f"{name}x"
+
+
+@pytest.mark.parametrize(
+    "name", ["", " ", "..", ".", "../ben", "a/b", "a\\b", "a:b", "a\nb", "a\0b", "anna ", ".anna"]
+)
+def test_a_name_that_is_no_folders_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(StudyError, match="an annotator's name is also a folder's"):
+        annotation_path(tmp_path, name, "v001", "keypoints")

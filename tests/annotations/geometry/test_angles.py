@@ -71,6 +71,14 @@ def test_a_signed_angle_is_the_rotation_about_the_hinge(turn_deg: float) -> None
     assert angle_deg((1, 0, 0), turned) == pytest.approx(abs(turn_deg), abs=1e-12)
 
 
+@pytest.mark.parametrize("length", [1e-200, 0.1, 7.0, 1e200])
+def test_the_length_of_the_hinge_axis_does_not_matter(length: float) -> None:
+    hinge = (length, 2 * length, 2 * length)
+    found = signed_angle_deg((2.0, 1.0, -2.0), (2.0, 2.0, 2.0), hinge)
+    # cos = 2 / (3 √12); the cross product is (6, −8, 2), and (6 − 16 + 4) / 3 = −2 of it lies along the hinge.
+    assert found == pytest.approx(math.degrees(math.atan2(-2.0, 2.0)))
+
+
 def test_there_is_no_angle_to_a_vector_without_length() -> None:
     assert math.isnan(angle_deg((0, 0, 0), (1, 0, 0)))
     assert math.isnan(angle_deg((1, 0, 0), (0, 0, 0)))
