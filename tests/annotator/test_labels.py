@@ -23,8 +23,9 @@ def test_a_wrapped_text_has_the_height_that_its_width_needs(
     dialog.resize(width, 10)
     dialog.show()
     qtbot.waitUntil(
-        lambda: label.height() >= label.heightForWidth(label.width())
-        and dialog.rect().contains(label.geometry())
+        lambda: (
+            label.height() >= label.heightForWidth(label.width()) and dialog.rect().contains(label.geometry())
+        )
     )
 
 
@@ -58,6 +59,4 @@ def test_an_elided_text_fits_anywhere_and_has_the_whole_in_its_tooltip(qtbot: Qt
     label.resize(120, 20)
     ink = label.grab().toImage()
     background = ink.pixelColor(0, 0)
-    assert any(
-        ink.pixelColor(x, y) != background for x in range(ink.width()) for y in range(ink.height())
-    )
+    assert any(ink.pixelColor(x, y) != background for x in range(ink.width()) for y in range(ink.height()))
