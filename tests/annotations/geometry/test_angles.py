@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from annotations.geometry.angles import angle_deg, signed_angle_deg
@@ -56,9 +56,12 @@ def test_lengths_do_not_matter(first: np.ndarray, second: np.ndarray, scale: flo
     assert 0 <= expected <= 180
     assert angle_deg(first * scale, second) == pytest.approx(expected, abs=1e-13)
     assert angle_deg(first, second * scale) == pytest.approx(expected, abs=1e-13)
-    assert signed_angle_deg(first * scale, second, (0, 0, scale)) == pytest.approx(
-        signed_angle_deg(first, second, (0, 0, 1)), abs=1e-13
-    )
+    # About the normal of their own plane: about another axis the angle may be all rounding.
+    normal = np.cross(first, second)
+    assume(np.abs(normal).max() > 1e-3)
+    normal = normal / np.abs(normal).max()
+    assert signed_angle_deg(first * scale, second, normal * scale) == pytest.approx(expected, abs=1e-12)
+    assert signed_angle_deg(second, first * scale, normal) == pytest.approx(-expected, abs=1e-12)
 
 
 @given(turn_deg=st.floats(-179.9, 179.9))
@@ -75,7 +78,7 @@ def test_a_signed_angle_is_the_rotation_about_the_hinge(turn_deg: float) -> None
 def test_the_length_of_the_hinge_axis_does_not_matter(length: float) -> None:
     hinge = (length, 2 * length, 2 * length)
     found = signed_angle_deg((2.0, 1.0, -2.0), (2.0, 2.0, 2.0), hinge)
-    # cos = 2 / (3 √12); the cross product is (6, −8, 2), and (6 − 16 + 4) / 3 = −2 of it lies along the hinge.
+    # The cross product is (6, −8, 2), of which (6 − 16 + 4) / 3 = −2 lies along the hinge.
     assert found == pytest.approx(math.degrees(math.atan2(-2.0, 2.0)))
 
 

@@ -93,6 +93,15 @@ def test_links_keep_their_lengths(forceps: ToolSpecification, pose: ToolPose) ->
         assert math.dist(found[link.base], found[link.tip]) == pytest.approx(link.length_um, rel=1e-12)
 
 
+def test_a_hinge_lies_between_two_links(forceps: ToolSpecification) -> None:
+    fields = forceps.model_dump(mode="json")
+    fields["joints"][0]["offsets_um"] = [100.0, 40.0]
+    uneven = ToolSpecification.model_validate(fields)
+    found = keypoints_um(ToolPose((0.0, 0.0, 0.0), STRAIGHT, {"theta1": 90.0}), uneven)
+    # The hinge is 100 µm beyond k1, and k2 another 40 µm beyond the hinge, in the direction of its own link.
+    assert found["k2"] == pytest.approx((5600.0, 0.0, -40.0), abs=1e-9)
+
+
 def test_joints_may_be_listed_in_any_order(chain: Callable[..., ToolSpecification]) -> None:
     pose = ToolPose((0.0, 0.0, 0.0), STRAIGHT, {"theta1": 90.0, "theta2": 90.0, "theta3": 90.0})
     forwards, backwards = chain(4), chain(4, joints_backwards=True)
