@@ -2,7 +2,8 @@
 
 import math
 
-from PySide6.QtCore import QSignalBlocker, QTimer, Slot
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Slot
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from annotations.geometry.frames import Vector, um_to_voxel, vector, voxel_to_um
@@ -49,7 +50,6 @@ class PositionEditor(QWidget):
             box.valueChanged.connect(self._on_box_value_changed)
             box.stepped.connect(self._on_box_stepped)
             box.editingFinished.connect(self._on_box_editing_finished)
-            box.escaped.connect(self._on_box_escaped)
             label = QLabel(f"&{letter}")
             label.setBuddy(box)
             layout.addWidget(label, 1, axis * 2)
@@ -70,6 +70,17 @@ class PositionEditor(QWidget):
         """Show and read µm or voxels; a step is one voxel in either."""
         self._unit = unit
         self._draw()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() != Qt.Key.Key_Escape:
+            super().keyPressEvent(event)
+            return
+        self._rest.stop()
+        # With nothing to drop, Esc goes on to the window: a person wants out of the box.
+        event.setAccepted(self._is_editing())
+        if self._is_editing():
+            self._session.drop_preview()
+        self._draw(over_typing=True)
 
     @Slot()
     def _on_box_value_changed(self) -> None:
@@ -104,13 +115,6 @@ class PositionEditor(QWidget):
     @Slot()
     def _on_rest_timeout(self) -> None:
         self._keep()
-
-    @Slot()
-    def _on_box_escaped(self) -> None:
-        self._rest.stop()
-        if self._is_editing():
-            self._session.drop_preview()
-        self._draw(over_typing=True)
 
     @Slot(object, object)
     def _on_session_view_changed(self, before: object, after: object) -> None:

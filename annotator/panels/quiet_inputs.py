@@ -40,12 +40,9 @@ class QuietSpinBox(QDoubleSpinBox):
     -------
     stepped
         The value was changed by arrow, key or wheel rather than by typing.
-    escaped
-        Esc was pressed.
     """
 
     stepped = Signal()
-    escaped = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -75,10 +72,7 @@ class QuietSpinBox(QDoubleSpinBox):
         return super().validate(text, position)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Escape:
-            self.escaped.emit()
-            event.accept()
-        elif event.text() == ",":
+        if event.text() == ",":
             # Many number pads have no point. Were the comma only refused, 12,5 would become 125.
             point = QKeyEvent(event.type(), Qt.Key.Key_Period, event.modifiers(), ".")
             super().keyPressEvent(point)

@@ -2,7 +2,7 @@
 
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtGui import QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLabel, QLineEdit, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -13,12 +13,23 @@ from annotator.session import Session
 K0_UM: Vector = (159.0, 135.0, 94.0)
 
 
+class Frame(QWidget):
+    """Stands for the window: notes the keys that nobody wanted."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.keys: list[int] = []
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        self.keys.append(event.key())
+
+
 @pytest.fixture
-def frame(qtbot: QtBot, session: Session) -> QWidget:
+def frame(qtbot: QtBot, session: Session) -> Frame:
     """The editor with k0 placed and active, and another field to leave it for."""
     session.place(K0_UM, "clicked", "k0")
     session.activate("k0")
-    frame = QWidget()
+    frame = Frame()
     qtbot.addWidget(frame)
     layout = QVBoxLayout(frame)
     layout.addWidget(PositionEditor(session))
@@ -78,6 +89,15 @@ def test_escape_drops_what_was_typed(qtbot: QtBot, session: Session, frame: QWid
     assert placed(session) == K0_UM
     assert box(frame, "y").value() == 135.0
     assert session.undo_stack.count() == steps
+
+
+def test_escape_goes_on_to_the_window_when_there_is_nothing_to_drop(qtbot: QtBot, frame: Frame) -> None:
+    type_text(qtbot, box(frame, "y"), "400")
+    qtbot.keyClick(box(frame, "y"), Qt.Key.Key_Escape)
+    assert frame.keys == []
+    qtbot.keyClick(box(frame, "y"), Qt.Key.Key_Escape)
+    assert frame.keys == [Qt.Key.Key_Escape]
+    assert box(frame, "y").value() == 135.0
 
 
 def test_x_y_and_z_typed_in_a_row_are_one_step(qtbot: QtBot, session: Session, frame: QWidget) -> None:
