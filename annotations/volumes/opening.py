@@ -140,8 +140,12 @@ def _refuse_dataset(path: Path, dataset: str | None) -> None:
 
 
 def _could_be_volume(entry: Path) -> bool:
-    if entry.is_dir():
-        return _is_zarr(entry)
+    try:
+        if entry.is_dir():
+            return _is_zarr(entry)
+    except PermissionError:
+        # One folder that is someone else's does not hide the volumes beside it.
+        return False
     return entry.suffix.lower() in SUFFIXES
 
 

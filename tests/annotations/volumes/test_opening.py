@@ -214,6 +214,22 @@ def test_a_folder_that_may_not_be_listed_is_refused(tmp_path: Path, monkeypatch:
         volume_paths(tmp_path)
 
 
+def test_a_closed_folder_does_not_hide_the_volumes_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "v.npy").touch()
+    (tmp_path / "closed").mkdir()
+    is_file = Path.is_file
+
+    def look(path: Path) -> bool:
+        if path.parent.name == "closed":
+            raise PermissionError(13, "denied")
+        return is_file(path)
+
+    monkeypatch.setattr(Path, "is_file", look)
+    assert volume_paths(tmp_path) == [tmp_path / "v.npy"]
+
+
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     refuse(tmp_path / "missing.npy", "does not exist")
 
