@@ -2,13 +2,12 @@
 
 import re
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
 from annotations.volumes.readers import npy, npz
-from annotations.volumes.spacing import read_sidecar
-from annotations.volumes.volume import StoredArray, Volume, VolumeError, unreadable
+from annotations.volumes.spacing import Sidecar, SpacingUm, read_folder_answer, read_sidecar
+from annotations.volumes.volume import SpacingSource, StoredArray, Volume, VolumeError, unreadable
 
 SUFFIXES = (".npy", ".npz", ".h5", ".hdf5", ".hdf", ".tif", ".tiff", ".btf")
 """Of the files that a volume can be in; a Zarr volume is a folder."""
@@ -23,7 +22,8 @@ def open_volume(path: Path, *, dataset: str | None = None) -> Volume:
     """Open a volume without reading its voxels.
 
     The format is told by the content, not by the name: ``.npy``, ``.npz``, HDF5, TIFF stacks, and folders
-    in Zarr or OME-Zarr. Spacing and depth axis come from the sidecar, else from the file itself.
+    in Zarr or OME-Zarr. Spacing and depth axis come from the sidecar, else from the file itself, else from
+    what a person said of all volumes of this shape in the folder.
 
     Parameters
     ----------
@@ -49,13 +49,19 @@ def open_volume(path: Path, *, dataset: str | None = None) -> Volume:
     except OSError as error:
         raise unreadable(path, error) from error
     try:
-        sidecar = read_sidecar(path)
+        sidecar = read_sidecar(path) or Sidecar()
+        folder = read_folder_answer(path.parent, stored.shape) or Sidecar()
     except BaseException:
         stored.storage.close()
         raise
-    answered = sidecar.spacing_um if sidecar is not None else None
-    depth_axes = (sidecar.depth_axis if sidecar is not None else None, stored.depth_axis, 2)
-    source: Literal["file", "sidecar"] | None = "file" if stored.spacing_um is not None else None
+    # What was said of this very volume, then what its file says, then what was said of all its folder.
+    spacings: tuple[tuple[SpacingUm | None, SpacingSource], ...] = (
+        (sidecar.spacing_um, "sidecar"),
+        (stored.spacing_um, "file"),
+        (folder.spacing_um, "folder"),
+    )
+    spacing_um, source = next(((um, said) for um, said in spacings if um is not None), (None, None))
+    depth_axes = (sidecar.depth_axis, stored.depth_axis, folder.depth_axis, 2)
     return Volume(
         path=path,
         dataset=stored.dataset,
@@ -63,8 +69,8 @@ def open_volume(path: Path, *, dataset: str | None = None) -> Volume:
         shape=stored.shape,
         dtype=np.dtype(np.uint8) if stored.dtype.kind == "b" else stored.dtype.newbyteorder("="),
         file_dtype=stored.dtype.str,
-        spacing_um=answered or stored.spacing_um,
-        spacing_source="sidecar" if answered is not None else source,
+        spacing_um=spacing_um,
+        spacing_source=source,
         depth_axis=next(axis for axis in depth_axes if axis is not None),
         chunks=stored.chunks,
         fortran_order=stored.fortran_order,

@@ -1,8 +1,8 @@
-"""How far apart voxels are, in µm: the scanner's usual figures, and a person's answer beside the volume."""
+"""How far apart voxels are, in µm: the scanner's usual figures, and a person's answers beside the volumes."""
 
 import math
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,8 @@ OMES_REALTIME_SPACING_UM: SpacingUm = (622.0, 13.5, 9.4)
 _REALTIME_PLANES = 28
 _SCHEMA = "oct-volume/1"
 _FIELDS = ("schema", "spacing_um", "depth_axis")
+_FOLDER_SCHEMA = "oct-volumes/1"
+_MEND = "Mend it, or delete it to be asked again"
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,64 @@ def read_sidecar(volume_path: Path) -> Sidecar | None:
         The sidecar cannot be read, has an unknown field, or an impossible value.
     """
     path = sidecar_path(volume_path)
-    remedy = "Mend it, or delete it to be asked again"
+    content = _read_toml(path, _SCHEMA)
+    return None if content is None else _described(content, _FIELDS, path)
+
+
+def folder_answers_path(folder: Path) -> Path:
+    """Return where a person's answers for all volumes of a folder lie."""
+    return folder / "volumes.toml"
+
+
+def write_folder_answer(
+    folder: Path, shape: Sequence[int], spacing_um: Iterable[float], depth_axis: int
+) -> Path:
+    """Keep a person's answer for all volumes of one shape in a folder, durably, and return where it lies.
+
+    It holds for those whose own file and sidecar do not say; answers for other shapes are kept.
+
+    Raises
+    ------
+    VolumeError
+        The spacing or the axis is impossible, or the file that is there cannot be understood.
+    annotations.durable_files.SaveError
+        The folder cannot be written to.
+    """
+    path = folder_answers_path(folder)
+    answer = {
+        "shape": [int(size) for size in shape],
+        "spacing_um": list(validate_spacing_um(spacing_um)),
+        "depth_axis": _validate_depth_axis(depth_axis, None),
+    }
+    others = [entry for entry in _folder_answers(path) if entry.get("shape") != answer["shape"]]
+    content = {"schema": _FOLDER_SCHEMA, "volumes": [*others, answer]}
+    replace_durably(path, tomli_w.dumps(content).encode())
+    return path
+
+
+def read_folder_answer(folder: Path, shape: Sequence[int]) -> Sidecar | None:
+    """Return what a person said about all volumes of a shape in a folder, or None where nobody did.
+
+    Raises
+    ------
+    VolumeError
+        The file cannot be read, has an unknown field, or an impossible value.
+    """
+    path = folder_answers_path(folder)
+    for entry in _folder_answers(path):
+        if entry.get("shape") == list(shape):
+            return _described(entry, ("shape", "spacing_um", "depth_axis"), path)
+    return None
+
+
+def _folder_answers(path: Path) -> list[dict[str, Any]]:
+    entries = (_read_toml(path, _FOLDER_SCHEMA) or {}).get("volumes", [])
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise VolumeError("“volumes” is no list of tables", where=path, remedy=_MEND)
+    return entries
+
+
+def _read_toml(path: Path, known_schema: str) -> dict[str, Any] | None:
     try:
         content: dict[str, Any] = tomllib.loads(path.read_bytes().decode())
     except (FileNotFoundError, NotADirectoryError):
@@ -142,26 +201,30 @@ def read_sidecar(volume_path: Path) -> Sidecar | None:
     except OSError as error:
         raise unreadable(path, error) from error
     except ValueError as error:
-        raise VolumeError(f"it is no TOML ({error})", where=path, remedy=remedy) from error
-    unknown = [name for name in content if name not in _FIELDS]
-    if unknown:
+        raise VolumeError(f"it is no TOML ({error})", where=path, remedy=_MEND) from error
+    schema = content.get("schema", known_schema)
+    if schema != known_schema:
         raise VolumeError(
-            f"unknown field “{unknown[0]}”; the fields are {', '.join(_FIELDS)}", where=path, remedy=remedy
-        )
-    schema = content.get("schema", _SCHEMA)
-    if schema != _SCHEMA:
-        raise VolumeError(
-            f"its schema is {schema!r}, and this program knows {_SCHEMA!r}",
+            f"its schema is {schema!r}, and this program knows {known_schema!r}",
             where=path,
             remedy="Use a newer version of the program",
         )
+    return content
+
+
+def _described(content: Mapping[str, Any], fields: Sequence[str], where: Path) -> Sidecar:
+    unknown = [name for name in content if name not in fields]
+    if unknown:
+        raise VolumeError(
+            f"unknown field “{unknown[0]}”; the fields are {', '.join(fields)}", where=where, remedy=_MEND
+        )
     spacing = content.get("spacing_um")
     if spacing is not None and not isinstance(spacing, list):
-        raise VolumeError(f"spacing_um is no list: {spacing!r}", where=path, remedy=remedy)
+        raise VolumeError(f"spacing_um is no list: {spacing!r}", where=where, remedy=_MEND)
     depth_axis = content.get("depth_axis")
     return Sidecar(
-        spacing_um=None if spacing is None else validate_spacing_um(spacing, where=path),
-        depth_axis=None if depth_axis is None else _validate_depth_axis(depth_axis, path),
+        spacing_um=None if spacing is None else validate_spacing_um(spacing, where=where),
+        depth_axis=None if depth_axis is None else _validate_depth_axis(depth_axis, where),
     )
 
 

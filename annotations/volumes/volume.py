@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from annotations.errors import UserError
 
 Array = NDArray[Any]
+SpacingSource = Literal["file", "sidecar", "folder"]
 Shape = tuple[int, int, int]
 Region = tuple[slice, slice, slice]
 WHOLE = slice(None)
@@ -132,9 +133,9 @@ class Volume:
     file_dtype : str
         As stored: ``">u2"``.
     spacing_um : tuple of float or None
-        Of the voxels along axes 0, 1, 2, from a person's answer (the sidecar) or else from the file's own
-        metadata; None where neither says.
-    spacing_source : {"file", "sidecar"} or None
+        Of the voxels along axes 0, 1, 2, from a person's answer (the sidecar), or else from the file's own
+        metadata, or else from a person's answer for the folder; None where nothing says.
+    spacing_source : {"file", "sidecar", "folder"} or None
     depth_axis : int
         Along which the light travels: from the sidecar or the file, else 2.
     chunks : tuple of int or None
@@ -150,7 +151,7 @@ class Volume:
     dtype: np.dtype[Any]
     file_dtype: str
     spacing_um: tuple[float, float, float] | None
-    spacing_source: Literal["file", "sidecar"] | None
+    spacing_source: SpacingSource | None
     depth_axis: int
     chunks: Shape | None
     fortran_order: bool

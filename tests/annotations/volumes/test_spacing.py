@@ -1,6 +1,8 @@
 import math
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,10 +13,14 @@ from annotations.volumes import (
     OMES_SPACING_UM,
     Sidecar,
     VolumeError,
+    folder_answers_path,
     offered_spacing_um,
+    open_volume,
+    read_folder_answer,
     read_sidecar,
     sidecar_path,
     validate_spacing_um,
+    write_folder_answer,
     write_sidecar,
 )
 
@@ -118,3 +124,40 @@ def test_an_unreadable_sidecar_is_reported(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(Path, "read_bytes", lambda _: (_ for _ in ()).throw(PermissionError(13, "denied")))
     with pytest.raises(VolumeError, match="may not read"):
         read_sidecar(tmp_path / "v.npy")
+
+
+def test_an_answer_for_a_folder_holds_for_one_shape(tmp_path: Path) -> None:
+    assert read_folder_answer(tmp_path, (3, 4, 5)) is None
+    write_folder_answer(tmp_path, (3, 4, 5), (1, 2, 3), 0)
+    write_folder_answer(tmp_path, (6, 4, 5), (4, 5, 6), 1)
+    write_folder_answer(tmp_path, (3, 4, 5), (7, 8, 9), 2)
+    assert read_folder_answer(tmp_path, (3, 4, 5)) == Sidecar((7.0, 8.0, 9.0), 2)
+    assert read_folder_answer(tmp_path, (6, 4, 5)) == Sidecar((4.0, 5.0, 6.0), 1)
+    assert read_folder_answer(tmp_path, (6, 6, 6)) is None
+
+
+def test_an_answer_for_the_folder_comes_after_the_volumes_own(tmp_path: Path) -> None:
+    for name in ("a.npy", "b.npy"):
+        np.save(tmp_path / name, np.zeros((3, 4, 5), np.uint8))
+    write_folder_answer(tmp_path, (3, 4, 5), (1, 2, 3), 0)
+    write_sidecar(tmp_path / "b.npy", (4, 5, 6), 1)
+    with open_volume(tmp_path / "a.npy") as a, open_volume(tmp_path / "b.npy") as b:
+        assert (a.spacing_um, a.spacing_source, a.depth_axis) == ((1.0, 2.0, 3.0), "folder", 0)
+        assert (b.spacing_um, b.spacing_source, b.depth_axis) == ((4.0, 5.0, 6.0), "sidecar", 1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "volumes = 3",
+        "volumes = [3]",
+        "[[volumes]]\nshape = [3, 4, 5]\nspacing_um = [0, 1, 1]",
+        "[[volumes]]\nshape = [3, 4, 5]\ncolour = 1",
+        'schema = "oct-volumes/2"',
+        "volumes = [",
+    ],
+)
+def test_a_folders_answers_that_cannot_be_understood_are_named(tmp_path: Path, text: str) -> None:
+    folder_answers_path(tmp_path).write_text(text)
+    with pytest.raises(VolumeError, match=re.escape(str(folder_answers_path(tmp_path)))):
+        read_folder_answer(tmp_path, (3, 4, 5))
