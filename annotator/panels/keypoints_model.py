@@ -22,10 +22,10 @@ class Column(IntEnum):
     """What a column shows."""
 
     KEYPOINT = 0
-    STATE = 1
-    X = 2
-    Y = 3
-    Z = 4
+    X = 1
+    Y = 2
+    Z = 3
+    STATE = 4
     SURE = 5
     LOCK = 6
     CLEAR = 7
@@ -33,13 +33,13 @@ class Column(IntEnum):
 
 
 COORDINATES = (Column.X, Column.Y, Column.Z)
-_TITLES = ("Keypoint", "State", "x", "y", "z", "Sure", "Lock", "", "Source")
+_TITLES = ("Keypoint", "x", "y", "z", "State", "Sure", "Lock", "", "Source")
 _EXPLANATIONS = (
     "Name, and where on the tool it is; the number is the key that makes it active",
-    "How it is seen: placed, occluded, out of view, or unplaced (which removes its position)",
     "Position along x; type a value, or three at once",
     "Position along y; type a value, or three at once",
     "Position along z; type a value, or three at once",
+    "How it is seen: placed, occluded, out of view, or unplaced (which removes its position)",
     "Whether you are sure of the position",
     "A locked keypoint refuses every change",
     "Remove the position",

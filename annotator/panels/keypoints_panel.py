@@ -1,6 +1,6 @@
 """The table of keypoints, and the position of the active one."""
 
-from PySide6.QtCore import QItemSelectionModel, QModelIndex, Slot
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, Qt, Slot
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -30,10 +30,10 @@ _UNITS = (
 )
 
 _LETTERS = {
-    Column.STATE: 11,
     Column.X: 9,
     Column.Y: 9,
     Column.Z: 9,
+    Column.STATE: 11,
     Column.SURE: 5,
     Column.LOCK: 5,
     Column.CLEAR: 3,
@@ -141,7 +141,7 @@ class KeypointsPanel(QWidget):
             self._session.clear(name)
             return
         self._session.activate(name, jump=True)
-        if index.column() == Column.STATE and index.flags() & self._model.flags(index).ItemIsEditable:
+        if index.column() == Column.STATE and index.flags() & Qt.ItemFlag.ItemIsEditable:
             self._table.edit(index)
 
     @Slot(QModelIndex, QModelIndex)

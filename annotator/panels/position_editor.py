@@ -161,10 +161,10 @@ class PositionEditor(QWidget):
             elif keypoint.locked:
                 state = "locked"
             elif keypoint.position_um is None:
-                state = "unplaced: begins at the crosshair"
+                state = "unplaced, begins at the crosshair"
             else:
                 state = keypoint.state.replace("_", " ")
-            self._title.setText(f"{name} in {'µm' if self._unit == 'um' else 'voxels'}: {state}")
+            self._title.setText(f"{name} · {state}")
             shown = position_um if self._unit == "um" else um_to_voxel(position_um, spacing_um)
             for axis, box in enumerate(self._boxes):
                 self._show(

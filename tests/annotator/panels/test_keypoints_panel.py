@@ -191,7 +191,7 @@ def test_the_number_of_positions_is_told(session: Session, panel: KeypointsPanel
 
 def test_coordinates_stay_in_sight_in_a_narrow_panel(qtbot: QtBot, table: QTableView) -> None:
     letter = table.fontMetrics().horizontalAdvance("0")
-    table.window().resize(letter * 54, 300)
-    qtbot.waitUntil(lambda: table.viewport().width() < letter * 54)
+    table.window().resize(letter * 41, 300)
+    qtbot.waitUntil(lambda: table.viewport().width() < letter * 41)
     last = table.visualRect(table.model().index(0, Column.Z))
     assert table.viewport().rect().contains(last)
