@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QSplitter,
-    QStackedWidget,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -114,13 +113,17 @@ class FourUp(QWidget):
         self._used: Pane = "scene"
         self._used_axis = 2
         self._headers: dict[Pane, PaneHeader] = {}
-        self._scene = QStackedWidget()
-        waiting = QLabel("Preparing the scene …")
-        waiting.setObjectName("scene_waiting")
-        waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._scene.addWidget(waiting)
-        self._scene.addWidget(scene)
-        views: dict[Pane, QWidget] = {"scene": self._scene, **dict(zip(SLICE_PANES, slices, strict=True))}
+        self._scene = scene
+        self._waiting = QLabel("Preparing the scene …")
+        self._waiting.setObjectName("scene_waiting")
+        self._waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        place = QWidget()
+        layers = QVBoxLayout(place)
+        layers.setContentsMargins(0, 0, 0, 0)
+        layers.addWidget(self._waiting)
+        layers.addWidget(scene)
+        scene.hide()
+        views: dict[Pane, QWidget] = {"scene": place, **dict(zip(SLICE_PANES, slices, strict=True))}
         self._frames = {pane: self._frame(pane, view) for pane, view in views.items()}
         self._columns = QSplitter(Qt.Orientation.Vertical)
         self._columns.setObjectName("pane_rows")
@@ -156,7 +159,8 @@ class FourUp(QWidget):
 
     def show_scene(self) -> None:
         """Show the scene, which until then is hidden: as soon as it is shown it imports what it needs."""
-        self._scene.setCurrentIndex(1)
+        self._waiting.hide()
+        self._scene.show()
 
     def state(self) -> QByteArray:
         """Pack how the panes share the space."""

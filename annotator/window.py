@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QToolBar, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
 
 from annotator.action_set import ActionSet
 from annotator.action_state import state_of
@@ -82,10 +82,13 @@ class MainWindow(QMainWindow):
         self.slices = tuple(SliceView(session, axis, self.fetcher) for axis in range(3))
         link_zoom(self.slices)
         self.four_up = FourUp(session, self.scene, self.slices)
-        self._centre = QStackedWidget()
-        self._centre.setObjectName("centre")
+        # One or the other is hidden: a stack would raise them over each other, which the scene's window,
+        # one of the system's own, does not take well.
+        centre = QWidget()
+        self._centre = QVBoxLayout(centre)
+        self._centre.setContentsMargins(0, 0, 0, 0)
         self._centre.addWidget(self.four_up)
-        self.setCentralWidget(self._centre)
+        self.setCentralWidget(centre)
         self._worklist = WorklistPanel(session)
         self._pose = PosePanel(session)
         self._docks = self._make_docks()
@@ -259,12 +262,13 @@ class MainWindow(QMainWindow):
         self.actions_by_name.draw(state, {*also, *self._parts.checked()})
 
     def _draw_centre(self) -> None:
-        # From one volume to the next there is none for a moment: the panes stay.
         is_opening = any(job.shown for job in self.session.jobs.running)
-        if self.session.volume is not None:
-            self._centre.setCurrentWidget(self.four_up)
-        elif not is_opening:
-            self._centre.setCurrentWidget(self._start_page)
+        if self.session.volume is None and is_opening:
+            # From one volume to the next there is none for a moment: what is shown stays.
+            return
+        is_open = self.session.volume is not None
+        self._start_page.setVisible(not is_open)
+        self.four_up.setVisible(is_open)
 
     def _draw_title(self) -> None:
         volume = self.session.volume

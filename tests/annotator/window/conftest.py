@@ -1,6 +1,6 @@
 """The whole window on the small volume, and a person's hands on it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -89,30 +89,32 @@ class Person:
 
 
 @pytest.fixture
-def make_window(qtbot: QtBot, settings: Settings, tmp_path: Path) -> Iterator[Callable[..., MainWindow]]:
+def make_window(qtbot: QtBot, settings: Settings, tmp_path: Path) -> Callable[..., MainWindow]:
     """Make a window of a session, shown and active; the scene comes with `prepare_scene`."""
-    windows: list[MainWindow] = []
 
     def make(session: Session, used: Settings = settings) -> MainWindow:
         window = MainWindow(session, used, tmp_path / "annotator.log")
-        windows.append(window)
-        qtbot.addWidget(window)
+        # What a test leaves unsaved would be asked about.
+        qtbot.addWidget(window, before_close_func=lambda window: window.session.abandon())
         window.resize(1300, 900)
         window.show()
         window.activateWindow()
         qtbot.waitUntil(window.isActiveWindow)
         return window
 
-    yield make
-    for window in windows:
-        window.session.abandon()
-        window.close()
+    return make
 
 
 @pytest.fixture
 def window(make_window: Callable[..., MainWindow], session: Session) -> MainWindow:
     """A window on the small volume, without its scene."""
     return make_window(session)
+
+
+@pytest.fixture
+def person_at(qtbot: QtBot) -> Callable[[MainWindow], Person]:
+    """Make a person at a window."""
+    return lambda window: Person(qtbot, window)
 
 
 @pytest.fixture
