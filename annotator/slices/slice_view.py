@@ -235,7 +235,8 @@ class SliceView(QWidget):
             painter.fillRect(self.rect(), CANVAS)
         else:
             self._paint(painter, viewport, view)
-        # Left to Python, the painter could outlive this event, and Qt does not forgive that.
+        # Not left to Python: the first colour map imports Matplotlib, which keeps this frame, and the painter
+        # in it, alive until the next garbage collection; Qt does not survive that.
         painter.end()
 
     def _paint(self, painter: QPainter, viewport: Viewport, view: View) -> None:

@@ -1,6 +1,5 @@
 """Three linked slice views on the small volume, and hands to work on them."""
 
-import gc
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -74,16 +73,6 @@ class Hand:
             False,
         )
         QApplication.sendEvent(view, event)
-
-
-@pytest.fixture(autouse=True)
-def collected_in_this_thread(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Qt's objects may only be destroyed in the GUI's thread: no reading thread may tidy up after Python."""
-    gc.disable()
-    yield
-    gc.enable()
-    if "qtbot" in request.fixturenames:
-        gc.collect()
 
 
 @pytest.fixture
