@@ -1,5 +1,6 @@
 """The annotation document: one volume, one annotator, one method. Frozen; changed only by `edits`."""
 
+import re
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Annotated, Any, Literal, Self, TypeVar
@@ -65,8 +66,9 @@ Moment = Annotated[
 
 
 def _usable_path(value: str) -> str:
-    if not value or "\0" in value:
-        raise ValueError("a path is not empty and holds no NUL")
+    # Halves of surrogate pairs are legal where Python puts them for the bytes of a name that is no Unicode.
+    if not value or re.search("[\0\ud800-\udc7f\udd00-\udfff]", value):
+        raise ValueError("a path is not empty, and holds nothing that no file's name can hold")
     return value
 
 

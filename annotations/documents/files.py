@@ -54,9 +54,10 @@ def load_annotation(path: Path) -> tuple[Annotation, FileIdentity]:
                 "it is too large for an annotation file", where=path, remedy="Choose an annotation file"
             )
         content = path.read_bytes()
-    except OSError as error:
+    except (OSError, ValueError) as error:
+        # A path that no file can have is a ValueError.
         raise DocumentError(
-            f"it could not be read ({error.strerror or error})",
+            f"it could not be read ({getattr(error, 'strerror', None) or error})",
             where=path,
             remedy="Check that it is a file, and that you may read it",
         ) from error

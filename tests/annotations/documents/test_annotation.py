@@ -145,6 +145,7 @@ def test_a_boxs_rotation_is_a_unit_quaternion_with_no_negative_w() -> None:
         {"shape": (4.0, 5.0, 6.0)},
         {"path": ""},
         {"path": "a\0b"},
+        {"path": "a\ud800b"},
         {"path": None},
         {"units": "mm"},
     ],

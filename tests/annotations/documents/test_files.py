@@ -168,6 +168,11 @@ def test_an_absent_file_is_an_error(tmp_path: Path) -> None:
         load_annotation(tmp_path / "absent.json")
 
 
+def test_a_path_that_no_file_can_have_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(DocumentError, match="could not be read"):
+        load_annotation(tmp_path / "a\0b.json")
+
+
 def test_a_folder_in_place_of_the_file_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(DocumentError, match="could not be read"):
         load_annotation(tmp_path)

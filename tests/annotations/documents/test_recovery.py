@@ -249,6 +249,15 @@ def test_a_file_that_was_spoilt_meanwhile_hides_nothing(
     assert _only(folder).document == edited[0]
 
 
+def test_a_spoilt_path_hides_nothing(
+    folder: Path, journal: RecoveryJournal, edited: tuple[Annotation, ...]
+) -> None:
+    journal.record(edited[0])
+    journal.leave()
+    journal.path.write_bytes(journal.path.read_bytes().replace(b"v001", b"v\\u0000", 1))
+    assert _only(folder).document == edited[0]
+
+
 def test_closing_in_order_leaves_nothing(
     folder: Path, journal: RecoveryJournal, edited: tuple[Annotation, ...]
 ) -> None:
