@@ -103,6 +103,29 @@ def test_pieces_are_asked_for_before_their_turn(tmp_path: Path, monkeypatch: pyt
     assert done == [("ask", 0), ("ask", 2), ("read", 0), ("ask", 4), ("read", 2), ("read", 4)]
 
 
+class AdvisedMap:
+    def __init__(self) -> None:
+        self.advised: list[tuple[int, int, int]] = []
+
+    def madvise(self, advice: int, start: int, length: int) -> None:
+        self.advised.append((advice, start, length))
+
+
+@pytest.mark.skipif(not hasattr(mmap, "MADV_WILLNEED"), reason="the system takes no such advice")
+def test_whole_pages_are_asked_for(tmp_path: Path) -> None:
+    page = mmap.PAGESIZE
+    array = np.zeros((3, 4, 50 * page), np.uint8)
+    storage = mapped(tmp_path / "v.raw", array, 128)
+    recorder = AdvisedMap()
+    storage._open = (recorder, array)  # type: ignore[assignment]
+    storage.prefetch((slice(1, 3, 1), slice(2, 3, 1), slice(10, 20, 1)))
+    # The system refuses advice about anything else, and nobody would notice.
+    assert recorder.advised == [
+        (mmap.MADV_WILLNEED, 300 * page, 148),
+        (mmap.MADV_WILLNEED, 500 * page, 148),
+    ]
+
+
 def test_asking_may_fail_without_harm(
     write, tmp_path: Path, ramp: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
