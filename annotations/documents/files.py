@@ -76,7 +76,7 @@ def parse_annotation(content: bytes, where: object) -> Annotation:
         raise DocumentError(str(error), where=f"{where}, line {error.line}", remedy=_RESTORE) from error
     _check_schema(fields, where)
     try:
-        return Annotation.model_validate(fields, by_alias=True, by_name=False)
+        return Annotation.model_validate(fields)
     except ValidationError as error:
         problem = error.errors(include_url=False)[0]
         location = [*problem["loc"], *([problem["ctx"]["index"]] if problem["type"] == "repeated" else [])]

@@ -1,7 +1,7 @@
 """Documents to test with, and what Hypothesis draws when it is asked for an `Annotation` or a part of one."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, get_args
@@ -22,6 +22,9 @@ from annotations.documents.annotation import (
     VolumeReference,
     new_annotation,
 )
+from annotations.documents.edits import place_keypoint, set_status
+from annotations.documents.files import file_identity, save_annotation
+from annotations.documents.recovery import RecoveryJournal
 from annotations.documents.volume_link import reference_to
 from annotations.geometry.rotations import quaternion
 from annotations.geometry.tool import ToolSpecification
@@ -178,3 +181,31 @@ def example() -> dict[str, Any]:
         """
     )
     return example
+
+
+@pytest.fixture
+def recovery_folder(tmp_path: Path) -> Path:
+    return tmp_path / "state" / "recovery"
+
+
+@pytest.fixture
+def saved_path(tmp_path: Path, document: Annotation) -> Path:
+    """The file of `document`, saved."""
+    path = tmp_path / "v001.keypoints.json"
+    save_annotation(document, path, expected="")
+    return path
+
+
+@pytest.fixture
+def journal(recovery_folder: Path, saved_path: Path) -> Iterator[RecoveryJournal]:
+    journal = RecoveryJournal(recovery_folder, saved_path, file_identity(saved_path))
+    yield journal
+    journal.leave()
+
+
+@pytest.fixture
+def edited(document: Annotation) -> tuple[Annotation, ...]:
+    """`document` after each of three edits."""
+    first = place_keypoint(document, "k0", (1.0, 2.0, 3.0), "clicked")
+    second = place_keypoint(first, "k1", (4.0, 5.0, 6.0), "dragged")
+    return first, second, set_status(second, "done")
