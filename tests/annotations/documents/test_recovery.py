@@ -292,12 +292,13 @@ def test_what_cannot_be_read_is_left_alone_and_logged(
     assert str(recovery_folder / "folder.journal") in caplog.text
 
 
+@pytest.mark.parametrize("schema", [b"oct-annotation/", b"oct-recovery/"])
 def test_the_edits_of_a_newer_program_are_not_thrown_away(
-    recovery_folder: Path, journal: RecoveryJournal, edited: tuple[Annotation, ...]
+    recovery_folder: Path, journal: RecoveryJournal, edited: tuple[Annotation, ...], schema: bytes
 ) -> None:
     journal.record(edited[0])
     journal.leave()
-    newer = journal.path.read_bytes().replace(b"oct-annotation/1", b"oct-annotation/2")
+    newer = journal.path.read_bytes().replace(schema + b"1", schema + b"2")
     journal.path.write_bytes(newer)
     assert find_recoveries(recovery_folder) == ()
     assert journal.path.read_bytes() == newer

@@ -111,7 +111,7 @@ def test_another_spacing_is_found_where_the_volume_states_one(
     assert findings(reference, volume_path) == []
     write_sidecar(volume_path, (15.9, 13.5, 9.4 * (1 + 1e-9)), 2)
     assert findings(reference, volume_path) == []
-    write_sidecar(volume_path, (15.9, 13.5, 9.5), 2)
+    write_sidecar(volume_path, (15.9, 13.5, 9.4 * (1 + 1e-5)), 2)
     assert findings(reference, volume_path) == ["spacing"]
 
 
