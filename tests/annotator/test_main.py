@@ -1,0 +1,109 @@
+"""The command as a person types it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QImage
+
+from annotations import __version__
+from annotator.__main__ import main
+
+
+def run(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run the command in a process of its own, without a display unless the environment names one."""
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "VTK_DEFAULT_OPENGL_WINDOW")
+    }
+    return subprocess.run(
+        [sys.executable, "-m", "annotator", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=100,
+        env=kept | environment,
+    )
+
+
+def test_version_and_help_need_no_display():
+    assert run("--version").stdout == f"annotator {__version__}\n"
+    assert "--screenshot" in run("--help").stdout
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
+def test_without_display_it_says_so_and_names_the_screenshot():
+    done = run()
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert "DISPLAY" in done.stderr
+    assert "--screenshot OUT.png PATH" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--screenshot", "out.png"], "PATH"),
+        (["--screenshot", "out.png", "v.npy", "--size", "10", "10"], "between"),
+        (["--screenshot", "out.png", "v.npy", "--size", "wide", "10"], "wide"),
+        (["--screenshot", "out.png", "v.npy", "--spacing", "1", "2"], "--spacing"),
+        (["--annotator", " ", "v.npy"], "--annotator"),
+        (["--fly"], "--fly"),
+    ],
+)
+def test_misuse_is_explained(capsys, arguments, said):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("spacing", [("0", "1", "1"), ("1", "-2", "1"), ("1", "1", "nan"), ("inf", "1", "1")])
+def test_impossible_spacing_is_explained(capsys, spacing):
+    assert main(["v.npy", "--spacing", *spacing]) == 2
+    assert "--spacing" in capsys.readouterr().err
+
+
+@pytest.fixture
+def bare_volume(tmp_path: Path) -> Path:
+    path = tmp_path / "bare.npy"
+    data = np.zeros((20, 30, 40), np.uint8)
+    data[5:15, 5:25, 10:20] = 200
+    np.save(path, data)
+    return path
+
+
+class TestScreenshot:
+    def test_unknown_spacing_is_one_unit_per_voxel(self, bare_volume, tmp_path, user_home):
+        picture = tmp_path / "out.png"
+        done = run("--screenshot", picture, bare_volume, "--size", 1024, 700)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout == ""
+        assert done.stderr == ""
+        image = QImage(str(picture))
+        assert (image.width(), image.height()) == (1024, 700)
+        # The scene, the slices and the panels are all there: hardly a picture of one colour.
+        colors = {image.pixel(x, y) for x in range(0, 1024, 3) for y in range(0, 700, 3)}
+        assert len(colors) > 100
+        # Nothing was asked, and nothing is left: neither an answer nor an annotation.
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["bare.npy", "home", "out.png"]
+        assert not list(user_home.rglob("*.ini"))
+        assert not list(user_home.rglob("*.journal"))
+
+    def test_absent_volume(self, tmp_path):
+        done = run("--screenshot", tmp_path / "out.png", tmp_path / "nowhere.npy")
+        assert done.returncode == 1
+        assert "nowhere.npy" in done.stderr
+        assert not (tmp_path / "out.png").exists()
+
+    def test_picture_that_cannot_be_written(self, bare_volume, tmp_path):
+        (tmp_path / "file").write_text("in the way")
+        done = run("--screenshot", tmp_path / "file" / "out.png", bare_volume, "--spacing", 1, 1, 1)
+        assert done.returncode == 1
+        assert "out.png" in done.stderr
+        assert "Traceback" not in done.stderr

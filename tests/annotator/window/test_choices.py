@@ -1,0 +1,204 @@
+"""What a person chooses: name, looks, tool, what to open; and that it is remembered."""
+
+import shutil
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import (
+    QApplication,
+    QComboBox,
+    QFileDialog,
+    QInputDialog,
+    QLineEdit,
+    QTreeWidget,
+    QWidget,
+)
+
+from annotator import theme
+from annotator.dialogs.about_dialog import AboutDialog
+from annotator.dialogs.settings_dialog import SettingsDialog
+from annotator.dialogs.shortcut_sheet import ShortcutSheet
+from annotator.settings import Settings
+
+CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+A_UM = (200.0, 300.0, 250.0)
+
+
+@pytest.fixture(autouse=True)
+def _looks_put_back(qapp):
+    before = qapp.palette()
+    yield
+    qapp.setPalette(before)
+
+
+@pytest.fixture
+def empty_window(make_window, empty_session):
+    return make_window(empty_session)
+
+
+def test_theme_is_chosen_and_remembered(window, settings):
+    actions = window.actions_by_name
+    actions["theme_dark"].trigger()
+    assert theme.is_dark(QApplication.palette())
+    assert actions["theme_dark"].isChecked()
+    assert not actions["theme_light"].isChecked()
+    actions["theme_light"].trigger()
+    assert not theme.is_dark(QApplication.palette())
+    assert Settings(settings.path).theme == "light"
+
+
+def test_settings_are_changed_in_a_dialog(person, session, settings):
+    person.press(Qt.Key.Key_Comma, CONTROL)
+    dialog = person.dialog(SettingsDialog)
+    name = dialog.findChild(QLineEdit, "settings_annotator_name")
+    name.setText("berta")
+    dialog.findChild(QComboBox, "settings_renderer").setCurrentIndex(1)
+    person.click(dialog, "settings_ok")
+    assert settings.annotator_name == "berta"
+    assert settings.renderer == "software"
+    assert session.annotator_name == "berta"
+
+
+def test_sheet_lists_every_action(person):
+    person.press(Qt.Key.Key_Question, SHIFT)
+    sheet = person.dialog(ShortcutSheet)
+    tree = sheet.findChild(QTreeWidget, "shortcut_tree")
+    texts = {
+        tree.topLevelItem(group).child(row).text(0)
+        for group in range(tree.topLevelItemCount())
+        for row in range(tree.topLevelItem(group).childCount())
+    }
+    assert {"Save", "Place Keypoints", "Snap to Edge"} <= texts
+    person.click(sheet, "shortcut_close")
+
+
+def test_about_names_the_versions(person):
+    person.action("about").trigger()
+    person.click(person.dialog(AboutDialog), "about_close")
+
+
+def test_pose_is_copied(person, session):
+    session.place(A_UM, keypoint="k0")
+    session.place((400.0, 300.0, 250.0), keypoint="k1")
+    person.press(Qt.Key.Key_C, CONTROL | SHIFT)
+    table = QGuiApplication.clipboard().text()
+    assert "\t" in table
+    assert "300" in table
+
+
+def test_tool_is_chosen(qtbot, person, session, settings):
+    assert session.tool.name == "magnetic-forceps"
+    person.press(Qt.Key.Key_T)
+    dialog = person.dialog(QInputDialog)
+    choice = next(text for text in dialog.comboBoxItems() if text.startswith("needle"))
+    dialog.setTextValue(choice)
+    dialog.accept()
+    qtbot.waitUntil(lambda: session.tool is not None and session.tool.name == "needle")
+    assert settings.tool_name == "needle"
+    assert person.action("keypoint_1").text().startswith("tip")
+    assert not person.action("keypoint_3").isVisible()
+
+
+def test_file_is_opened_by_key_and_is_recent(
+    qtbot, monkeypatch, empty_window, person_at, volume_path, settings
+):
+    person = person_at(empty_window)
+    assert empty_window.findChild(QWidget, "start_page").isVisible()
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(volume_path), ""))
+    person.press(Qt.Key.Key_O, CONTROL)
+    session = empty_window.session
+    qtbot.waitUntil(lambda: session.volume is not None and not session.jobs.running)
+    assert not empty_window.findChild(QWidget, "start_page").isVisible()
+    assert settings.recent_paths == (volume_path,)
+
+    person.press(Qt.Key.Key_W, CONTROL)
+    assert session.volume is None
+    qtbot.waitUntil(empty_window.findChild(QWidget, "start_page").isVisible)
+    person.click(empty_window, "start_recent_1")
+    qtbot.waitUntil(lambda: session.volume is not None)
+
+
+def test_folder_is_opened_by_key(qtbot, monkeypatch, empty_window, person_at, volume_path):
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(volume_path.parent))
+    person_at(empty_window).press(Qt.Key.Key_O, CONTROL | SHIFT)
+    qtbot.waitUntil(lambda: empty_window.session.volume is not None)
+    assert empty_window.session.title == "volumes"
+
+
+def test_nothing_chosen_opens_nothing(monkeypatch, empty_window):
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: ("", ""))
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: "")
+    empty_window.actions_by_name["open_file"].trigger()
+    empty_window.actions_by_name["open_folder"].trigger()
+    assert not empty_window.session.jobs.running
+
+
+def test_recent_file_that_is_gone_is_said_and_forgotten(qtbot, empty_window, person_at, settings, tmp_path):
+    settings.remember_path(tmp_path / "gone.npy")
+    settings.remember_path(tmp_path)
+    empty_window.actions_by_name["recent_2"].trigger()
+    person = person_at(empty_window)
+    qtbot.waitUntil(person.has_dialog)
+    assert settings.recent_paths == (tmp_path,)
+    QApplication.activeModalWidget().close()
+
+
+def test_saving_as_goes_on_with_the_new_file(monkeypatch, person, session, tmp_path):
+    session.place(A_UM)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / "mine"), ""))
+    person.press(Qt.Key.Key_S, CONTROL | SHIFT)
+    assert session.annotation_path == tmp_path / "mine.json"
+    assert not session.unsaved
+    assert (tmp_path / "mine.json").exists()
+
+
+class TestDisplay:
+    """Window, colour map and rendering go from volume to volume and from start to start."""
+
+    @pytest.fixture
+    def second_path(self, volume_path):
+        for name in ("v001.npy", "v001.npy.volume.toml"):
+            shutil.copy(volume_path.with_name(name), volume_path.with_name(name.replace("v001", "v002")))
+        return volume_path.with_name("v002.npy")
+
+    def go_to(self, qtbot, window, path):
+        session = window.session
+        window.open_path(path)
+        qtbot.waitUntil(
+            lambda: session.volume is not None and session.volume.path == path and not session.jobs.running
+        )
+
+    def test_chosen_window_comes_back(self, qtbot, window, session, second_path, settings):
+        qtbot.waitUntil(lambda: not session.jobs.running)
+        session.look(window=(20.0, 150.0), colormap="viridis", rendering="mip")
+        window.close()
+        assert settings.display_window("uint8") == (20.0, 150.0)
+        assert settings.colormap == "viridis"
+        assert settings.rendering == "mip"
+
+    def test_next_volume_is_looked_at_alike(self, qtbot, window, session, second_path, settings):
+        settings.remember_display_window("uint8", (20.0, 150.0))
+        settings.colormap = "viridis"
+        self.go_to(qtbot, window, second_path)
+        qtbot.waitUntil(lambda: session.view.window == (20.0, 150.0))
+        assert session.view.colormap == "viridis"
+
+    def test_window_that_would_show_nothing_does_not_come_back(
+        self, qtbot, window, session, second_path, settings
+    ):
+        automatic = session.view.window
+        settings.remember_display_window("uint8", (5000.0, 9000.0))
+        settings.colormap = "no such map"
+        settings.rendering = "mip"
+        self.go_to(qtbot, window, second_path)
+        qtbot.waitUntil(lambda: session.view.rendering == "mip")
+        assert session.view.window == pytest.approx(automatic, abs=10)
+        assert session.view.colormap == "gray"
+
+    def test_automatic_window_is_forgotten(self, qtbot, window, session, settings):
+        settings.remember_display_window("uint8", (20.0, 150.0))
+        session.look(window=(30.0, 40.0))
+        window.actions_by_name["auto_window"].trigger()
+        window.close()
+        assert settings.display_window("uint8") is None
