@@ -1,7 +1,7 @@
 """Opening a volume with its annotation: everything that reads files, done before anything is shown."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from annotations.documents.annotation import Annotation, new_annotation
@@ -19,7 +19,14 @@ from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
 from annotations.volumes import Level, Volume, fingerprint, intensity_window, open_volume, strided_preview
+from annotator.spacing_answer import SpacingAnswer
 from annotator.worklist import WorkItem
+
+_SOURCES = {
+    "file": "from the volume's file",
+    "sidecar": "from the file beside the volume",
+    "folder": "as answered for this folder",
+}
 
 
 @dataclass(frozen=True)
@@ -92,9 +99,9 @@ def find(item: WorkItem, dataset: str | None, tool_name: str, tool_folders: tupl
 
 
 def known_spacing(
-    found: Found, said: Vector | None, remembered: Callable[[str], Vector | None]
-) -> tuple[Vector, str] | None:
-    """Return the spacing in µm and where it comes from; None where nothing says it, so that a person must.
+    found: Found, said: Vector | None, remembered: Callable[[str], SpacingAnswer | None]
+) -> tuple[Found, Vector, str] | None:
+    """Return what was found, its spacing in µm and where that comes from; None where a person must say it.
 
     An annotation's own spacing comes first: its positions were made with it.
 
@@ -106,18 +113,22 @@ def known_spacing(
         From a volume's fingerprint to what a person answered before.
     """
     if found.document is not None:
-        return found.document.volume.spacing_um, "from the annotation"
+        return found, found.document.volume.spacing_um, "from the annotation"
     if said is not None:
-        return said, "as given at the start"
-    if found.volume.spacing_um is not None:
-        source = (
-            "the file beside the volume" if found.volume.spacing_source == "sidecar" else "the volume's file"
-        )
-        return found.volume.spacing_um, f"from {source}"
+        return found, said, "as given at the start"
+    if found.volume.spacing_um is not None and found.volume.spacing_source is not None:
+        return found, found.volume.spacing_um, _SOURCES[found.volume.spacing_source]
     if found.item.spacing_um is not None:
-        return found.item.spacing_um, "from the study"
+        return found, found.item.spacing_um, "from the study"
     answer = remembered(found.fingerprint)
-    return None if answer is None else (answer, "as answered before")
+    if answer is None:
+        return None
+    return with_depth_axis(found, answer.depth_axis), answer.spacing_um, "as answered before"
+
+
+def with_depth_axis(found: Found, depth_axis: int) -> Found:
+    """Return what was found with the depth along another axis, as a person said."""
+    return replace(found, volume=replace(found.volume, depth_axis=depth_axis))
 
 
 def prepare(found: Found, spacing_um: Vector, spacing_note: str, annotator: str) -> Opened:

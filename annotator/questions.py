@@ -171,8 +171,8 @@ class Questions(QObject):
         dialog = SpacingDialog(volume, offered_um, self._window)
 
         def on_dialog_accepted() -> None:
-            if dialog.spacing_um is not None:
-                self._session.provide_spacing(dialog.spacing_um, dialog.remember)
+            if (answer := dialog.answer) is not None:
+                self._session.provide_spacing(answer)
 
         dialog.accepted.connect(on_dialog_accepted)
         dialog.rejected.connect(self._session.cancel_opening)

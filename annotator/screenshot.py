@@ -12,11 +12,12 @@ from PySide6.QtWidgets import QApplication
 from annotations.durable_files import replace_durably
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
-from annotations.volumes import DatasetChoice
+from annotations.volumes import DatasetChoice, Volume
 from annotator.crash_log import CrashLog
 from annotator.session import Session
 from annotator.session_options import SessionOptions
 from annotator.settings import Settings
+from annotator.spacing_answer import SpacingAnswer
 from annotator.start import make_application
 from annotator.theme import apply_theme
 from annotator.window import MainWindow
@@ -64,9 +65,9 @@ class Photographer:
         _say("".join(traceback.format_exception(error)))
         self._failed = True
 
-    def _on_session_spacing_requested(self, _volume: object, _offered_um: object) -> None:
+    def _on_session_spacing_requested(self, volume: Volume, _offered_um: object) -> None:
         self._window.status.say_spacing_is_unknown()
-        self._session.provide_spacing(_UNIT_UM, remember=False)
+        self._session.provide_spacing(SpacingAnswer(_UNIT_UM, volume.depth_axis, "once"))
 
     def _on_session_dataset_requested(self, path: Path, choices: tuple[DatasetChoice, ...]) -> None:
         largest = max(choices, key=lambda choice: choice.shape[0] * choice.shape[1] * choice.shape[2])

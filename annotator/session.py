@@ -10,11 +10,12 @@ from annotations.documents.annotation import Status
 from annotations.documents.files import ChangedOnDisk
 from annotations.documents.recovery import Recovery, discard, find_recoveries
 from annotations.durable_files import SaveError
-from annotations.geometry.frames import Vector, vector
+from annotations.geometry.frames import vector
 from annotator.document_file import DocumentFile
 from annotator.opening import Opened
 from annotator.session_editing import SessionEditing
 from annotator.session_options import SessionOptions
+from annotator.spacing_answer import SpacingAnswer
 from annotator.view import View
 from annotator.volume_opener import VolumeOpener
 from annotator.worklist import Worklist, item_of_document, read_worklist
@@ -71,9 +72,9 @@ class Session(SessionEditing):
         """Answer ``dataset_requested``."""
         self._opener.provide_dataset(name)
 
-    def provide_spacing(self, spacing_um: Vector, remember: bool = True) -> None:
+    def provide_spacing(self, answer: SpacingAnswer) -> None:
         """Answer ``spacing_requested``."""
-        self._opener.provide_spacing(spacing_um, remember=remember)
+        self._opener.provide_spacing(answer)
 
     def cancel_opening(self) -> None:
         """Open nothing after all."""

@@ -6,13 +6,14 @@ from pathlib import Path
 
 from annotations.app_folders import cache_folder, state_folder, tool_folder
 from annotations.geometry.frames import Vector
+from annotator.spacing_answer import SpacingAnswer
 
 
-def _remember_nothing(_fingerprint: str) -> Vector | None:
+def _remember_nothing(_fingerprint: str) -> SpacingAnswer | None:
     return None
 
 
-def _forget(_fingerprint: str, _spacing_um: Vector) -> None:
+def _forget(_fingerprint: str, _answer: SpacingAnswer) -> None:
     return None
 
 
@@ -45,5 +46,5 @@ class SessionOptions:
     recovery_folder: Path = field(default_factory=lambda: state_folder() / "recovery")
     level_cache_folder: Path = field(default_factory=lambda: cache_folder() / "levels")
     user_tool_folder: Path = field(default_factory=tool_folder)
-    remembered_spacing: Callable[[str], Vector | None] = _remember_nothing
-    remember_spacing: Callable[[str, Vector], None] = _forget
+    remembered_spacing: Callable[[str], SpacingAnswer | None] = _remember_nothing
+    remember_spacing: Callable[[str, SpacingAnswer], None] = _forget

@@ -10,8 +10,8 @@ from typing import Literal, get_args
 from PySide6.QtCore import QByteArray, QSettings
 
 from annotations.app_folders import config_folder
-from annotations.geometry.frames import Vector
 from annotator.actions import RECENT_FILES
+from annotator.spacing_answer import SpacingAnswer
 from annotator.theme import THEMES, Theme
 from annotator.view import Rendering
 
@@ -170,14 +170,16 @@ class Settings:
         """Keep the window for the next volume of a data type."""
         self._store.setValue(f"display/window_{dtype}", json.dumps(list(window)))
 
-    def spacing_um(self, fingerprint: str) -> Vector | None:
-        """Return the spacing given for a volume beside which nothing could be written, or None."""
+    def spacing_answer(self, fingerprint: str) -> SpacingAnswer | None:
+        """Return what was said of a volume beside which nothing could be written, or None."""
         values = self._numbers(f"spacing_um/{fingerprint}")
-        return (values[0], values[1], values[2]) if len(values) == 3 and min(values) > 0 else None
+        if len(values) != 4 or min(values[:3]) <= 0 or values[3] not in (0, 1, 2):
+            return None
+        return SpacingAnswer((values[0], values[1], values[2]), int(values[3]))
 
-    def remember_spacing_um(self, fingerprint: str, spacing_um: Vector) -> None:
+    def remember_spacing_answer(self, fingerprint: str, answer: SpacingAnswer) -> None:
         """Keep a person's answer for a volume beside which nothing can be written."""
-        self._store.setValue(f"spacing_um/{fingerprint}", json.dumps(list(spacing_um)))
+        self._store.setValue(f"spacing_um/{fingerprint}", json.dumps([*answer.spacing_um, answer.depth_axis]))
 
     def _text(self, key: str) -> str:
         value = self._store.value(key)

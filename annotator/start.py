@@ -55,8 +55,8 @@ def run(
             spacing_override_um=spacing_um,
             autosave_s=settings.autosave_seconds,
             cache_limit_bytes=settings.cache_limit_mib * 2**20,
-            remembered_spacing=settings.spacing_um,
-            remember_spacing=settings.remember_spacing_um,
+            remembered_spacing=settings.spacing_answer,
+            remember_spacing=settings.remember_spacing_answer,
         )
     )
     window = MainWindow(session, settings, crash_log.path)

@@ -5,12 +5,13 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from annotations.durable_files import SaveError
+from annotations.errors import UserError
 from annotations.geometry.frames import Vector
-from annotations.volumes import DatasetChoiceNeeded, offered_spacing_um, write_sidecar
+from annotations.volumes import DatasetChoiceNeeded, offered_spacing_um, write_folder_answer, write_sidecar
 from annotator import opening
 from annotator.jobs import Job, Jobs
 from annotator.opening import Found, Opened
+from annotator.spacing_answer import SpacingAnswer
 from annotator.worklist import WorkItem
 
 
@@ -44,8 +45,8 @@ class VolumeOpener(QObject):
         jobs: Jobs,
         annotator_name: Callable[[], str],
         spacing_override_um: Vector | None,
-        remembered_spacing: Callable[[str], Vector | None],
-        remember_spacing: Callable[[str, Vector], None],
+        remembered_spacing: Callable[[str], SpacingAnswer | None],
+        remember_spacing: Callable[[str, SpacingAnswer], None],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
@@ -77,17 +78,20 @@ class VolumeOpener(QObject):
             item, tool_name, tool_folders = self._request
             self.open(item, tool_name, tool_folders, name)
 
-    def provide_spacing(self, spacing_um: Vector, *, remember: bool) -> None:
+    def provide_spacing(self, answer: SpacingAnswer) -> None:
         """Answer ``spacing_requested``; remembered beside the volume, or else by its fingerprint."""
         if self._found is None:
             return
-        found = self._found
-        if remember:
-            try:
-                write_sidecar(found.volume.path, spacing_um, found.volume.depth_axis)
-            except SaveError:
-                self._remember_spacing(found.fingerprint, spacing_um)
-        self._prepare(found, spacing_um, "as answered")
+        found = opening.with_depth_axis(self._found, answer.depth_axis)
+        path = found.volume.path
+        try:
+            if answer.scope == "file":
+                write_sidecar(path, answer.spacing_um, answer.depth_axis)
+            elif answer.scope == "folder":
+                write_folder_answer(path.parent, found.volume.shape, answer.spacing_um, answer.depth_axis)
+        except UserError:
+            self._remember_spacing(found.fingerprint, answer)
+        self._prepare(found, answer.spacing_um, "as answered")
 
     def cancel(self) -> None:
         """Open nothing after all."""
@@ -110,7 +114,7 @@ class VolumeOpener(QObject):
         if known is None:
             self.spacing_requested.emit(found.volume, offered_spacing_um(found.volume.shape))
         else:
-            self._prepare(found, *known)
+            self._prepare(*known)
 
     def _on_job_prepared(self, opened: Opened) -> None:
         self._job = self._request = self._found = None

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import Slot
 from PySide6.QtWidgets import (
-    QCheckBox,
     QComboBox,
     QDialog,
     QDialogButtonBox,
@@ -19,11 +18,17 @@ from PySide6.QtWidgets import (
 
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
-from annotations.volumes import OMES_REALTIME_SPACING_UM, OMES_SPACING_UM, Volume, validate_spacing_um
-from annotations.volumes.spacing import sidecar_path
-from annotator import theme
+from annotations.volumes import (
+    OMES_REALTIME_SPACING_UM,
+    OMES_SPACING_UM,
+    Volume,
+    folder_answers_path,
+    sidecar_path,
+    validate_spacing_um,
+)
 from annotator.labels import ElidedText, Heading, WrappedText
 from annotator.naming import named
+from annotator.spacing_answer import SpacingAnswer
 from annotator.typed_numbers import NotUnderstood, parse_number
 
 _PRESETS: tuple[tuple[str, Vector], ...] = (
@@ -71,12 +76,24 @@ class SpacingDialog(QDialog):
 
         self._extent = named(QLabel(), "spacing_extent", title="Extent of the volume")
         self._problem = WrappedText(name="spacing_problem")
+        self._problem.set_color(lambda colors: colors.error)
         self._problem.setAccessibleName("What is wrong with the spacing")
-        self._remember = named(QCheckBox("&Remember this for the file"), "spacing_remember")
-        self._remember.setChecked(True)
-        self._remember.setToolTip(
-            f"Writes {sidecar_path(volume.path).name} beside the volume; "
-            "where that folder is read-only, your own settings keep it"
+        self._depth = named(QComboBox(), "spacing_depth_axis", title="Depth axis")
+        self._depth.setToolTip("The axis along which the light travels: slices show it downwards")
+        for axis, (letter, size) in enumerate(zip("xyz", volume.shape, strict=True)):
+            self._depth.addItem(f"{letter} (array axis {axis}, {size} voxels)", axis)
+        self._depth.setCurrentIndex(volume.depth_axis)
+        self._scope = named(QComboBox(), "spacing_scope", title="Remember for")
+        for text, scope in (
+            ("this file", "file"),
+            (f"all volumes of {_times(volume.shape)} voxels in this folder", "folder"),
+            ("this time only", "once"),
+        ):
+            self._scope.addItem(text, scope)
+        self._scope.setToolTip(
+            f"For this file, writes {sidecar_path(volume.path).name} beside the volume; for all that do not say "
+            f"it themselves, {folder_answers_path(volume.path.parent).name} into the folder. Where the folder is "
+            "read-only, your own settings keep the answer for the file"
         )
 
         facts = QFormLayout()
@@ -86,6 +103,8 @@ class SpacingDialog(QDialog):
         facts.addRow("&Scanner", self._preset)
         facts.addRow("Spacing", fields)
         facts.addRow("Extent", self._extent)
+        facts.addRow("&Depth along", self._depth)
+        facts.addRow("&Remember for", self._scope)
 
         self._buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
@@ -106,7 +125,6 @@ class SpacingDialog(QDialog):
         )
         layout.addLayout(facts)
         layout.addWidget(self._problem)
-        layout.addWidget(self._remember)
         layout.addStretch(1)
         layout.addWidget(self._buttons)
         self._draw()
@@ -122,9 +140,12 @@ class SpacingDialog(QDialog):
             return None
 
     @property
-    def remember(self) -> bool:
-        """Whether the answer is to be kept for the next time."""
-        return self._remember.isChecked()
+    def answer(self) -> SpacingAnswer | None:
+        """The whole answer, or None as long as the fields give no spacing."""
+        spacing_um = self.spacing_um
+        if spacing_um is None:
+            return None
+        return SpacingAnswer(spacing_um, self._depth.currentData(), self._scope.currentData())
 
     def _read(self) -> Vector:
         numbers = []
@@ -167,7 +188,6 @@ class SpacingDialog(QDialog):
         self._problem.setText(problem)
         self._problem.setVisible(bool(problem))
         self._ok.setEnabled(not problem)
-        self._problem.set_color(theme.colors(self.palette()).error)
 
 
 def _shown_name(volume: Volume) -> str:

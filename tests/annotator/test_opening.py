@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from annotations.geometry.frames import Vector
 from annotations.volumes import read_sidecar, sidecar_path
 from annotator.session import Session
 from annotator.session_options import SessionOptions
+from annotator.spacing_answer import SpacingAnswer
 
 
 def open_and_wait(qtbot: QtBot, session: Session, path: Path) -> None:
@@ -46,7 +46,7 @@ def test_an_unknown_spacing_is_asked_once_and_remembered(
     assert offered_um == (15.9, 13.5, 9.4)
     assert empty_session.volume is None
     with qtbot.waitSignal(empty_session.volume_changed):
-        empty_session.provide_spacing((10.0, 20.0, 30.0))
+        empty_session.provide_spacing(SpacingAnswer((10.0, 20.0, 30.0)))
     assert empty_session.spacing_um == (10.0, 20.0, 30.0)
     sidecar = read_sidecar(bare_volume)
     assert sidecar is not None
@@ -60,7 +60,7 @@ def test_an_answer_is_kept_elsewhere_where_the_folder_is_read_only(
 ) -> None:
     import annotations.durable_files as durable_files
 
-    answers: dict[str, Vector] = {}
+    answers: dict[str, SpacingAnswer] = {}
     kept_by_fingerprint = SessionOptions(
         **{
             **vars(options),
@@ -80,20 +80,38 @@ def test_an_answer_is_kept_elsewhere_where_the_folder_is_read_only(
     with qtbot.waitSignal(session.spacing_requested):
         session.open_path(bare_volume)
     with qtbot.waitSignal(session.volume_changed):
-        session.provide_spacing((10.0, 20.0, 30.0))
-    assert list(answers.values()) == [(10.0, 20.0, 30.0)]
+        session.provide_spacing(SpacingAnswer((10.0, 20.0, 30.0), 1))
+    assert list(answers.values()) == [SpacingAnswer((10.0, 20.0, 30.0), 1)]
     assert not sidecar_path(bare_volume).exists()
     with qtbot.assertNotEmitted(session.spacing_requested):
         open_and_wait(qtbot, session, bare_volume)
     assert session.spacing_um == (10.0, 20.0, 30.0)
+    assert session.volume is not None
+    assert session.volume.depth_axis == 1
     session.shut_down()
+
+
+def test_one_answer_holds_for_the_whole_folder(
+    qtbot: QtBot, empty_session: Session, bare_volume: Path
+) -> None:
+    shutil.copy(bare_volume, bare_volume.with_name("other.npy"))
+    with qtbot.waitSignal(empty_session.spacing_requested):
+        empty_session.open_path(bare_volume)
+    with qtbot.waitSignal(empty_session.volume_changed):
+        empty_session.provide_spacing(SpacingAnswer((10.0, 20.0, 30.0), 0, "folder"))
+    with qtbot.assertNotEmitted(empty_session.spacing_requested):
+        open_and_wait(qtbot, empty_session, bare_volume.with_name("other.npy"))
+    assert empty_session.spacing_um == (10.0, 20.0, 30.0)
+    assert empty_session.volume is not None
+    assert empty_session.volume.depth_axis == 0
+    assert empty_session.spacing_note == "as answered for this folder"
 
 
 def test_declining_to_answer_opens_nothing(qtbot: QtBot, empty_session: Session, bare_volume: Path) -> None:
     with qtbot.waitSignal(empty_session.spacing_requested):
         empty_session.open_path(bare_volume)
     empty_session.cancel_opening()
-    empty_session.provide_spacing((1.0, 1.0, 1.0))
+    empty_session.provide_spacing(SpacingAnswer((1.0, 1.0, 1.0)))
     qtbot.waitUntil(lambda: not empty_session.jobs.running)
     assert empty_session.volume is None
     assert empty_session.current_index is None

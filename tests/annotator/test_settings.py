@@ -5,6 +5,7 @@ from PySide6.QtCore import QByteArray
 
 from annotator.actions import RECENT_FILES
 from annotator.settings import Settings
+from annotator.spacing_answer import SpacingAnswer
 
 
 @pytest.fixture
@@ -58,7 +59,7 @@ def test_first_start_has_defaults(path, monkeypatch):
     assert settings.recent_paths == ()
     assert settings.window_geometry.isEmpty()
     assert settings.display_window("uint8") is None
-    assert settings.spacing_um("f00d") is None
+    assert settings.spacing_answer("f00d") is None
 
 
 def test_no_login_name_is_no_error(path, monkeypatch):
@@ -95,19 +96,22 @@ def test_single_recent_path_and_awkward_names(path, reopened):
 def test_window_and_spacing_are_remembered_by_kind(path, reopened):
     settings = Settings(path)
     settings.remember_display_window("uint8", (3.0, 90.0))
-    settings.remember_spacing_um("f00d", (15.9, 13.5, 9.4))
+    settings.remember_spacing_answer("f00d", SpacingAnswer((15.9, 13.5, 9.4), 0))
     assert settings.flush()
     again = reopened()
     assert again.display_window("uint8") == (3.0, 90.0)
     assert again.display_window("uint16") is None
-    assert again.spacing_um("f00d") == (15.9, 13.5, 9.4)
+    assert again.spacing_answer("f00d") == SpacingAnswer((15.9, 13.5, 9.4), 0)
 
 
 @pytest.mark.parametrize(
     "text",
     [
-        "[appearance]\ntheme=purple\nrenderer=7\n[files]\nautosave_seconds=never\ncache_limit_mib=-3\nrecent={1}\n"
-        "[display]\nwindow_uint8=[9, 2]\nrendering=\n[spacing_um]\nf00d=[0, 1, NaN]\n",
+        (
+            "[appearance]\ntheme=purple\nrenderer=7\n"
+            "[files]\nautosave_seconds=never\ncache_limit_mib=-3\nrecent={1}\n"
+            "[display]\nwindow_uint8=[9, 2]\nrendering=\n[spacing_um]\nf00d=[0, 1, NaN, 2]\n"
+        ),
         "no ini at all \x00\xff",
         "",
     ],
@@ -123,7 +127,7 @@ def test_senseless_content_gives_defaults(path, text):
     assert settings.recent_paths == ()
     assert settings.display_window("uint8") is None
     assert settings.rendering == "volume"
-    assert settings.spacing_um("f00d") is None
+    assert settings.spacing_answer("f00d") is None
 
 
 def test_default_place_is_the_users_configuration_folder(user_home):

@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QCheckBox, QComboBox, QDialog, QLabel, QLineEdit, QPushButton
+from PySide6.QtWidgets import QComboBox, QDialog, QLabel, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
 from annotations.volumes import OMES_REALTIME_SPACING_UM, OMES_SPACING_UM, open_volume
 from annotator.dialogs.spacing_dialog import SpacingDialog
+from annotator.spacing_answer import SpacingAnswer
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -64,7 +65,7 @@ def test_the_scanners_spacing_is_offered_and_its_extent_shown(qtbot: QtBot, dial
     assert any("100 × 200 × 300 voxels, uint8" in text.text() for text in dialog.findChildren(QLabel))
     qtbot.mouseClick(ok(dialog), LEFT)
     assert dialog.result() == QDialog.DialogCode.Accepted
-    assert dialog.remember
+    assert dialog.answer == SpacingAnswer(OMES_SPACING_UM, 2, "file")
 
 
 def test_the_real_time_spacing_is_a_choice_away(qtbot: QtBot, dialog: SpacingDialog) -> None:
@@ -115,12 +116,23 @@ def test_an_impossible_spacing_is_explained_and_not_accepted(
 
 
 def test_an_answer_need_not_be_remembered(qtbot: QtBot, dialog: SpacingDialog) -> None:
-    box = dialog.findChild(QCheckBox, "spacing_remember")
-    assert isinstance(box, QCheckBox)
+    box = dialog.findChild(QComboBox, "spacing_scope")
+    assert isinstance(box, QComboBox)
     assert "v001.npy.volume.toml" in box.toolTip()
+    assert dialog.answer == SpacingAnswer(OMES_SPACING_UM, 2, "file")
     box.setFocus()
-    qtbot.keyClick(box, Qt.Key.Key_Space)
-    assert not dialog.remember
+    qtbot.keyClick(box, Qt.Key.Key_Down)
+    assert dialog.answer == SpacingAnswer(OMES_SPACING_UM, 2, "folder")
+    qtbot.keyClick(box, Qt.Key.Key_End)
+    assert dialog.answer == SpacingAnswer(OMES_SPACING_UM, 2, "once")
+
+
+def test_another_scanner_s_depth_axis_is_chosen(qtbot: QtBot, dialog: SpacingDialog) -> None:
+    box = dialog.findChild(QComboBox, "spacing_depth_axis")
+    assert isinstance(box, QComboBox)
+    box.setFocus()
+    qtbot.keyClick(box, Qt.Key.Key_Home)
+    assert dialog.answer == SpacingAnswer(OMES_SPACING_UM, 0, "file")
 
 
 def test_nothing_need_be_opened(qtbot: QtBot, dialog: SpacingDialog) -> None:
