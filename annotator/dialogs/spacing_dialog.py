@@ -80,8 +80,8 @@ class SpacingDialog(QDialog):
         self._problem.setAccessibleName("What is wrong with the spacing")
         self._depth = named(QComboBox(), "spacing_depth_axis", title="Depth axis")
         self._depth.setToolTip("The axis along which the light travels: slices show it downwards")
-        for axis, (letter, size) in enumerate(zip("xyz", volume.shape, strict=True)):
-            self._depth.addItem(f"{letter} (array axis {axis}, {size} voxels)", axis)
+        for number, size in enumerate(volume.shape):
+            self._depth.addItem(f"{'xyz'[number]} (array axis {number}, {size} voxels)", number)
         self._depth.setCurrentIndex(volume.depth_axis)
         self._scope = named(QComboBox(), "spacing_scope", title="Remember for")
         for text, scope in (
@@ -91,9 +91,9 @@ class SpacingDialog(QDialog):
         ):
             self._scope.addItem(text, scope)
         self._scope.setToolTip(
-            f"For this file, writes {sidecar_path(volume.path).name} beside the volume; for all that do not say "
-            f"it themselves, {folder_answers_path(volume.path.parent).name} into the folder. Where the folder is "
-            "read-only, your own settings keep the answer for the file"
+            f"For this file, writes {sidecar_path(volume.path).name} beside the volume; for all that do "
+            f"not say it themselves, {folder_answers_path(volume.path.parent).name} into the folder. "
+            "Where the folder is read-only, your own settings keep the answer for the file"
         )
 
         facts = QFormLayout()
