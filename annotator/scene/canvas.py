@@ -52,9 +52,14 @@ class Canvas(QObject):
         parent.destroyed.connect(partial(_let_go, self.scene, self._engine))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if watched is self.widget and event.type() == QEvent.Type.Resize:
+            # The next frame is drawn in the new size. Mayavi's handler would write beyond the picture's end
+            # where there is no screen: it sets the size past the method that makes room in memory.
+            self.widget.update()
+            return True
         if not self._open:
-            # VTK's side of the widget is gone: Mayavi's own handlers would miss it.
-            return watched is self.widget and event.type() in (QEvent.Type.Paint, QEvent.Type.Resize)
+            # VTK's side of the widget is gone.
+            return watched is self.widget and event.type() == QEvent.Type.Paint
         if watched is self._surface:
             if (
                 isinstance(event, QPlatformSurfaceEvent)
@@ -76,8 +81,13 @@ class Canvas(QObject):
     def fit(self, width_px: float, height_px: float, ratio: float) -> None:
         """Draw in this size from now on, given in Qt's pixels."""
         size = (max(1, round(width_px * ratio)), max(1, round(height_px * ratio)))
-        if tuple(self.window.GetSize()) != size:
-            # The base class's method: that of a window on the screen would resize Qt's own window.
+        if tuple(self.window.GetSize()) == size:
+            return
+        if self._painted:
+            # The class's own method, which makes room for the pixels in memory.
+            self.window.SetSize(*size)
+        else:
+            # The base class's method: that of a window on the screen would resize Qt's window.
             vtk.vtkRenderWindow.SetSize(self.window, *size)
 
     def picture(self) -> QImage:
