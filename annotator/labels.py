@@ -1,13 +1,52 @@
 """Labels that never cut a sentence off: they wrap, or they elide and say the whole in their tooltip."""
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+
+from annotator import theme
+
+PickColor = Callable[[theme.Colors], QColor]
 
 _LINE_LETTERS = 64
 
 
-class WrappedText(QLabel):
+def axis_color(axis: int) -> PickColor:
+    """Return what picks the colour of an array axis, 0, 1 or 2."""
+    return lambda colors: colors.axes[axis]
+
+
+class ColoredLabel(QLabel):
+    """A label whose text can have a colour of the theme, and keeps to it when the theme changes."""
+
+    def __init__(self, text: str = "", parent: QWidget | None = None) -> None:
+        super().__init__(text, parent)
+        self._pick: PickColor | None = None
+
+    def set_color(self, pick: PickColor | None) -> None:
+        """Draw the text in the colour that is picked from the theme's, or, for None, as other text."""
+        self._pick = pick
+        self._apply_color()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._apply_color()
+
+    def _apply_color(self) -> None:
+        if self._pick is None:
+            wanted = QPalette()
+        else:
+            wanted = QPalette(self.palette())
+            wanted.setColor(self.foregroundRole(), self._pick(theme.colors(self.palette())))
+        # Setting a palette announces a change of palette: an equal one must not be set again.
+        if wanted.resolveMask() != self.palette().resolveMask() or wanted != self.palette():
+            self.setPalette(wanted)
+
+
+class WrappedText(ColoredLabel):
     """Plain text that wraps, can be selected with the mouse, and asks for the height that its width needs."""
 
     def __init__(self, text: str = "", parent: QWidget | None = None, *, name: str = "") -> None:
@@ -42,13 +81,6 @@ class WrappedText(QLabel):
         height = max(self.heightForWidth(self.width()), 0)
         if height != self.minimumHeight():
             self.setMinimumHeight(height)
-
-    def set_color(self, color: QColor) -> None:
-        """Draw the text in a colour of the theme."""
-        changed = self.palette()
-        if changed.color(self.foregroundRole()) != color:
-            changed.setColor(self.foregroundRole(), color)
-            self.setPalette(changed)
 
 
 class Heading(WrappedText):

@@ -40,6 +40,7 @@ class SettingsDialog(QDialog):
         self._name.setToolTip("Your name in the annotations that you begin; existing ones keep theirs")
         self._name.textChanged.connect(self._on_name_text_changed)
         self._problem = WrappedText(name="settings_problem")
+        self._problem.set_color(lambda colors: colors.error)
         self._theme = _choice("settings_theme", _THEMES, settings.theme)
         self._theme.setToolTip("Colours of the window; images stay on black")
         self._theme.currentIndexChanged.connect(self._on_theme_current_index_changed)
@@ -120,7 +121,6 @@ class SettingsDialog(QDialog):
             "An annotation needs the name of its annotator: type yours." if nameless else ""
         )
         self._problem.setVisible(nameless)
-        self._problem.set_color(theme.colors(self.palette()).error)
         self._ok.setEnabled(not nameless)
 
 

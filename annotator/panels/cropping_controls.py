@@ -1,14 +1,15 @@
 """The part of the volume that the scene shows: a range along each axis."""
 
 from PySide6.QtCore import QSignalBlocker, Slot
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from annotations.geometry.frames import Vector, extent_um, vector
-from annotator import theme
+from annotator.labels import ColoredLabel, axis_color
 from annotator.naming import named
 from annotator.panels.quiet_inputs import QuietSpinBox
 from annotator.panels.range_slider import RangeSlider
 from annotator.session import Session
+from annotator.view import View
 
 _ENDS = ("from", "to")
 
@@ -20,13 +21,13 @@ class CroppingControls(QWidget):
         super().__init__(parent)
         self._session = session
         self.setObjectName("cropping_controls")
-        self._labels: list[QLabel] = []
         self._sliders: list[RangeSlider] = []
         self._boxes: list[tuple[QuietSpinBox, QuietSpinBox]] = []
         grid = QGridLayout()
         grid.setColumnStretch(1, 1)
         for axis, letter in enumerate("xyz"):
-            label = QLabel(letter)
+            label = ColoredLabel(letter)
+            label.set_color(axis_color(axis))
             slider = RangeSlider()
             slider.setObjectName(f"cropping_{letter}")
             slider.setAccessibleName(f"Part along {letter}")
@@ -35,7 +36,6 @@ class CroppingControls(QWidget):
             low, high = (self._make_box(letter, end) for end in _ENDS)
             for column, widget in enumerate((label, slider, low, high)):
                 grid.addWidget(widget, axis, column)
-            self._labels.append(label)
             self._sliders.append(slider)
             self._boxes.append((low, high))
         self._reset = named(QPushButton("Show e&verything"), "cropping_reset")
@@ -87,8 +87,9 @@ class CroppingControls(QWidget):
         self._session.look(cropping_um=None)
 
     @Slot(object, object)
-    def _on_session_view_changed(self, before: object, after: object) -> None:
-        self._draw()
+    def _on_session_view_changed(self, before: View, after: View) -> None:
+        if before.cropping_um != after.cropping_um:
+            self._draw()
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
@@ -115,7 +116,6 @@ class CroppingControls(QWidget):
 
     def _draw(self) -> None:
         whole, (part_low, part_high) = self._extent_um(), self._part()
-        colors = theme.colors(self.palette())
         for axis, (slider, boxes) in enumerate(zip(self._sliders, self._boxes, strict=True)):
             length_um = whole[axis]
             slider.setEnabled(length_um > 0)
@@ -130,7 +130,4 @@ class CroppingControls(QWidget):
                     box.setEnabled(length_um > 0)
                     box.setRange(0, round(length_um / 1000, 2))
                     box.setValue(value_um / 1000)
-            palette = self._labels[axis].palette()
-            palette.setColor(self._labels[axis].foregroundRole(), colors.axes[axis])
-            self._labels[axis].setPalette(palette)
         self._reset.setEnabled(self._session.view.cropping_um is not None)

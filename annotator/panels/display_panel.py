@@ -1,5 +1,6 @@
 """How the volume is drawn: window, threshold, colours, rendering, layers, cropping, detail."""
 
+from dataclasses import replace
 from typing import get_args
 
 from PySide6.QtCore import QSize, Slot
@@ -25,7 +26,7 @@ from annotator.panels.histogram import EMPTY, HistogramView, intensity_histogram
 from annotator.panels.quiet_inputs import QuietComboBox
 from annotator.panels.slider_row import SliderRow
 from annotator.session import Session
-from annotator.view import Layer
+from annotator.view import Layer, View
 
 _RENDERINGS = (("Volume", "volume"), ("Maximum intensity projection", "mip"))
 _LAYERS: dict[Layer, str] = {
@@ -198,8 +199,10 @@ class DisplayPanel(QWidget):
         self._session.toggle_layer(self.sender().property("layer"))
 
     @Slot(object, object)
-    def _on_session_view_changed(self, before: object, after: object) -> None:
-        self._draw()
+    def _on_session_view_changed(self, before: View, after: View) -> None:
+        # A crosshair or a preview on the move is none of this panel's business.
+        if replace(before, crosshair_um=after.crosshair_um, preview=after.preview) != after:
+            self._draw()
 
     @Slot()
     def _on_session_levels_changed(self) -> None:
@@ -230,7 +233,6 @@ class DisplayPanel(QWidget):
         self._high.set_value(high)
         self._threshold.set_value(view.opacity_threshold)
         self._words.setText(f"Window {high - low:.4g}, level {(low + high) / 2:.4g}")
-        self._words.setForegroundRole(self.foregroundRole())
         self._colormap.setCurrentText(view.colormap)
         self._rendering.setCurrentIndex(self._rendering.findData(view.rendering))
         self._detail.setChecked(view.detail)

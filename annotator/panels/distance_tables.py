@@ -78,7 +78,7 @@ class LinkTable(_ReadOnlyTable):
                 f"{link.nominal_um / 1000:.3f}",
                 "From the tool specification; a study can calibrate it",
             )
-            self.write(row, 3, absent or f"{100 * (link.deviation or 0):+.1f} %".replace("-", "−"))
+            self.write(row, 3, _percent(link.deviation))
 
 
 class DistanceMatrix(_ReadOnlyTable):
@@ -111,6 +111,14 @@ class DistanceMatrix(_ReadOnlyTable):
                     self.write(
                         row, column, f"{distance_um / 1000:.3f}", f"{first}–{second}: {distance_um:.1f} µm"
                     )
+
+
+def _percent(part: float | None) -> str:
+    if part is None:
+        return "—"
+    # What rounds to zero has no sign.
+    percent = round(100 * part, 1)
+    return f"{percent:+.1f} %".replace("-", "−") if percent else "0.0 %"
 
 
 def _swatch(color: str) -> QIcon:

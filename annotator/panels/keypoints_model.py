@@ -113,6 +113,8 @@ class KeypointsModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ToolTipRole:
             return _EXPLANATIONS[column]
         if role == Qt.ItemDataRole.TextAlignmentRole:
+            if column == Column.STATE:
+                return Qt.AlignmentFlag.AlignCenter
             side = Qt.AlignmentFlag.AlignRight if column in COORDINATES else Qt.AlignmentFlag.AlignLeft
             return side | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ForegroundRole and column in COORDINATES:
@@ -151,6 +153,8 @@ class KeypointsModel(QAbstractTableModel):
                 return _swatch(self._color(keypoint.name), hollow=keypoint.state == "unplaced")
             case Qt.ItemDataRole.TextAlignmentRole if column in COORDINATES:
                 return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            case Qt.ItemDataRole.TextAlignmentRole if column == Column.STATE:
+                return Qt.AlignmentFlag.AlignCenter
             case Qt.ItemDataRole.ForegroundRole:
                 return self._foreground(keypoint, column)
             case Qt.ItemDataRole.FontRole:

@@ -1,6 +1,6 @@
 """The table of keypoints, and the position of the active one."""
 
-from PySide6.QtCore import QItemSelectionModel, QModelIndex, Qt, Slot
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt, Slot
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.documents.annotation import Annotation
-from annotator import theme
 from annotator.labels import WrappedText
 from annotator.naming import named
 from annotator.panels.keypoint_delegates import ClearDelegate, CoordinateDelegate, NameDelegate, StateDelegate
@@ -56,6 +55,13 @@ class KeypointsTable(QTableView):
             Column.KEYPOINT, min(max(room, letter * _FEWEST_LETTERS), letter * _MOST_LETTERS)
         )
 
+    def sizeHint(self) -> QSize:
+        """Ask for the width in which names, coordinates, states and marks are in sight."""
+        letters = _FEWEST_LETTERS + sum(_LETTERS[column] for column in _LETTERS if column < Column.CLEAR)
+        frame = self.verticalHeader().sizeHint().width() + 2 * self.frameWidth()
+        width = self.fontMetrics().horizontalAdvance("0") * letters + frame
+        return QSize(width, super().sizeHint().height())
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.fit_columns()
@@ -78,6 +84,7 @@ class KeypointsPanel(QWidget):
         self._progress = named(QLabel(), "keypoints_progress")
         self._progress.setAccessibleName("Keypoints placed")
         self._message = WrappedText(name="keypoints_message")
+        self._message.set_color(lambda colors: colors.error)
         self._message.setVisible(False)
         self._units = QButtonGroup(self)
 
@@ -128,7 +135,7 @@ class KeypointsPanel(QWidget):
             table.setItemDelegateForColumn(column, CoordinateDelegate(self._model, table))
         table.setItemDelegateForColumn(Column.CLEAR, ClearDelegate(table))
         table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        table.verticalHeader().setDefaultSectionSize(int(table.fontMetrics().height() * 1.7))
+        table.verticalHeader().setDefaultSectionSize(int(table.fontMetrics().height() * 1.55))
         table.horizontalHeader().setHighlightSections(False)
         table.clicked.connect(self._on_table_clicked)
         table.selectionModel().currentRowChanged.connect(self._on_table_current_row_changed)
@@ -158,7 +165,6 @@ class KeypointsPanel(QWidget):
     @Slot(str)
     def _on_model_not_understood(self, message: str) -> None:
         self._message.setText(message)
-        self._message.set_color(theme.colors(self.palette()).error)
         self._message.setVisible(True)
 
     @Slot()

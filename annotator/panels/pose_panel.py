@@ -4,7 +4,6 @@ from PySide6.QtCore import Qt, Slot
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
-from annotator import theme
 from annotator.folding import Folding
 from annotator.labels import WrappedText
 from annotator.naming import named
@@ -36,6 +35,7 @@ class PosePanel(QWidget):
         self._targets.setColumnStretch(1, 1)
         self._targets.setHorizontalSpacing(12)
         self._note = WrappedText(name="pose_note")
+        self._note.set_color(lambda colors: colors.muted)
         self._copy = named(QPushButton("&Copy as table"), "pose_copy")
         self._copy.setToolTip("Copy pose, lengths and distances as tab-separated text, for a spreadsheet")
         self._copy.clicked.connect(self._on_copy_clicked)
@@ -114,7 +114,6 @@ class PosePanel(QWidget):
         for (title, value), reading in zip(self._rows, readout.targets, strict=True):
             self._show(title, value, reading)
         self._note.setText(_NO_SIGN if tool.targets.angles else _ROLL_ONLY)
-        self._note.set_color(theme.colors(self.palette()).muted)
         self._links.show_readout(readout)
         self._pairs.show_readout(readout)
 
@@ -131,9 +130,8 @@ class PosePanel(QWidget):
             self._rows.append((title, value))
 
     def _show(self, title: QLabel, value: WrappedText, reading: Reading) -> None:
-        colors = theme.colors(self.palette())
         title.setText(reading.title)
         value.setObjectName(f"pose_{reading.name}")
         value.setAccessibleName(reading.title)
         value.setText("\n".join(reading.texts) or reading.missing)
-        value.set_color(colors.muted if reading.missing else self.palette().color(self.foregroundRole()))
+        value.set_color((lambda colors: colors.muted) if reading.missing else None)

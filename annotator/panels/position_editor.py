@@ -4,11 +4,10 @@ import math
 
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Slot
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QApplication, QGridLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QApplication, QGridLayout, QSizePolicy, QWidget
 
 from annotations.geometry.frames import Vector, um_to_voxel, vector, voxel_to_um
-from annotator import theme
-from annotator.labels import ElidedText
+from annotator.labels import ColoredLabel, ElidedText, axis_color
 from annotator.panels.quiet_inputs import QuietSpinBox
 from annotator.session import Session
 from annotator.typed_numbers import Unit
@@ -31,7 +30,6 @@ class PositionEditor(QWidget):
         self._unit: Unit = "um"
         self.setObjectName("position_editor")
         self._title = ElidedText(name="position_title")
-        self._labels: list[QLabel] = []
         self._boxes: list[QuietSpinBox] = []
         layout = QGridLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -50,12 +48,12 @@ class PositionEditor(QWidget):
             box.valueChanged.connect(self._on_box_value_changed)
             box.stepped.connect(self._on_box_stepped)
             box.editingFinished.connect(self._on_box_editing_finished)
-            label = QLabel(f"&{letter}")
+            label = ColoredLabel(f"&{letter}")
+            label.set_color(axis_color(axis))
             label.setBuddy(box)
             layout.addWidget(label, 1, axis * 2)
             layout.addWidget(box, 1, axis * 2 + 1)
             layout.setColumnStretch(axis * 2 + 1, 1)
-            self._labels.append(label)
             self._boxes.append(box)
         self._rest = QTimer(self)
         self._rest.setSingleShot(True)
@@ -170,16 +168,12 @@ class PositionEditor(QWidget):
                 self._show(
                     box, float(shown[axis]), 1.0 if self._unit == "voxel" else spacing_um[axis], over_typing
                 )
-        colors = theme.colors(self.palette())
-        for axis, (box, label) in enumerate(zip(self._boxes, self._labels, strict=True)):
+        for axis, box in enumerate(self._boxes):
             box.setEnabled(usable)
             box.setToolTip(
                 f"Position along {'xyz'[axis]} in {'µm' if self._unit == 'um' else 'voxels'}; "
                 "the arrows step by one voxel. Everything moves with the value; Enter keeps it, Esc drops it"
             )
-            palette = label.palette()
-            palette.setColor(label.foregroundRole(), colors.axes[axis])
-            label.setPalette(palette)
 
     @staticmethod
     def _show(box: QuietSpinBox, value: float, step: float, over_typing: bool) -> None:

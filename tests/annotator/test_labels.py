@@ -1,10 +1,11 @@
 """Labels keep their whole text in sight, or in the tooltip."""
 
 import pytest
-from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QDialog, QVBoxLayout
+from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import QApplication, QDialog, QVBoxLayout
 from pytestqt.qtbot import QtBot
 
+from annotator import theme
 from annotator.labels import ElidedText, Heading, WrappedText
 
 SENTENCE = "The file is cut short: its header promises 2,444,328,960 bytes and there are 1,048,576. " * 3
@@ -42,11 +43,20 @@ def test_a_longer_text_makes_its_window_grow(qtbot: QtBot) -> None:
     qtbot.waitUntil(lambda: dialog.height() > before)
 
 
-def test_a_color_is_set_on_the_text(qtbot: QtBot) -> None:
-    label = WrappedText("x")
-    qtbot.addWidget(label)
-    label.set_color(QColor("#123456"))
-    assert label.palette().color(label.foregroundRole()).name() == "#123456"
+def test_a_text_keeps_to_its_color_when_the_theme_changes(qtbot: QtBot, qapp: QApplication) -> None:
+    muted, plain = WrappedText("x"), WrappedText("x")
+    muted.set_color(lambda colors: colors.muted)
+    plain.set_color(lambda colors: colors.error)
+    plain.set_color(None)
+    for label in (muted, plain):
+        qtbot.addWidget(label)
+        label.show()
+    for name in ("dark", "light"):
+        theme.apply_theme(name)
+        wanted = theme.colors(qapp.palette()).muted
+        qtbot.waitUntil(lambda wanted=wanted: muted.palette().color(muted.foregroundRole()) == wanted)
+        text = qapp.palette().color(QPalette.ColorRole.WindowText)
+        qtbot.waitUntil(lambda text=text: plain.palette().color(plain.foregroundRole()) == text)
 
 
 def test_an_elided_text_fits_anywhere_and_has_the_whole_in_its_tooltip(qtbot: QtBot) -> None:

@@ -76,6 +76,8 @@ def test_links_stand_beside_their_nominal_lengths(session: Session, panel: PoseP
     assert table.item(1, 1).toolTip() == "Needs k2 and k3"
     session.begin_preview("k1", (9900.0, 0.0, 0.0), "dragged")
     assert table.item(0, 3).text() == "−10.0 %"
+    session.begin_preview("k1", (10999.9999, 0.0, 0.0), "dragged")
+    assert table.item(0, 3).text() == "0.0 %"
 
 
 def test_all_distances_are_folded_away_until_asked_for(
