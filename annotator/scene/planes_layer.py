@@ -23,14 +23,14 @@ class PlanesLook:
 
     Attributes
     ----------
-    box_um : ((float, float, float), (float, float, float))
-        Outer corners of the volume that they run through.
+    box_um : ((float, float, float), (float, float, float)) or None
+        Outer corners of the volume that they run through; None where there is none.
     outlined, crossed : bool
         Whether the planes' outlines and the crosshair's lines are drawn.
     """
 
     crosshair_um: Vector
-    box_um: tuple[Vector, Vector]
+    box_um: tuple[Vector, Vector] | None
     outlined: bool
     crossed: bool
     ratio: float
@@ -54,10 +54,10 @@ class PlanesLayer:
         if look == self._look:
             return
         self._look = look
-        low, high = (np.array(corner) for corner in look.box_um)
         outlines: list[Segment] = []
         crosshair: list[Segment] = []
-        for axis, color in enumerate(axis_colors()):
+        low, high = (np.array(corner) for corner in look.box_um or (look.crosshair_um, look.crosshair_um))
+        for axis, color in enumerate(axis_colors() if look.box_um else ()):
             corners = _plane_corners(axis, look.crosshair_um, low, high)
             outlines += [
                 Segment(vector(corners[side]), vector(corners[(side + 1) % 4]), rgba(color, _OUTLINE_ALPHA))

@@ -197,6 +197,7 @@ class SceneView(QWidget):
         session = self._session
         if self._camera is None:
             self._camera = self._preset("home")
+            self._seen = self._sight()
         return SceneLook(
             picture=self._picture(),
             ground=ground(self.palette()),
@@ -231,6 +232,11 @@ class SceneView(QWidget):
         camera = preset(name, *box_um, volume.depth_axis, self._aspect)
         return fitted(replace(camera, parallel=self._parallel), *box_um, self._aspect)
 
+    def _sight(self) -> object:
+        """Return what the camera was made for: another volume that is equal in this keeps it."""
+        volume = self._session.volume
+        return None if volume is None else (volume.shape, self._session.spacing_um)
+
     def _set_camera(self, camera: Camera) -> None:
         self._camera = camera
         self._redraw()
@@ -239,12 +245,10 @@ class SceneView(QWidget):
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
-        volume = self._session.volume
-        seen = (volume.shape, self._session.spacing_um) if volume is not None else None
+        sight = self._sight()
         # From one volume of a study to the next the camera stays.
-        if seen is not None and seen != self._seen:
+        if sight is not None and sight != self._seen:
             self._camera = None
-            self._seen = seen
         self._redraw()
 
     @Slot()

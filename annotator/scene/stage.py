@@ -103,16 +103,15 @@ class Stage:
     def _show_overlays(self, look: SceneLook, font: QFont) -> None:
         view, picture, ratio = look.view, look.picture, look.picture.ratio
         shown, box_um = view.layers, look.box_um
-        if box_um is not None:
-            self._planes.show(
-                PlanesLook(
-                    crosshair_um=view.crosshair_um,
-                    box_um=box_um,
-                    outlined="planes" in shown,
-                    crossed="crosshair" in shown,
-                    ratio=ratio,
-                )
+        self._planes.show(
+            PlanesLook(
+                crosshair_um=view.crosshair_um,
+                box_um=box_um,
+                outlined="planes" in shown,
+                crossed="crosshair" in shown,
+                ratio=ratio,
             )
+        )
         positions_um = {mark.name: mark.position_um for mark in look.marks}
         self._links.show_links(look.tool if "links" in shown else None, positions_um, ratio)
         self._links.show_ray(view.preview.ray if view.preview else None, box_um, ratio)

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QImage
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QImage, QMouseEvent
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
@@ -77,6 +77,10 @@ class Scene:
             _move(self.canvas, QPointF(start) + QPointF(way) * step / 5, button, modifier)
         self.qtbot.mouseRelease(self.canvas, button, modifier, start + way)
 
+    def hover(self, at: QPoint) -> None:
+        """Move the mouse without a button."""
+        _move(self.canvas, QPointF(at), Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier)
+
     def settle(self) -> None:
         """Wait until the volume is drawn at its best."""
         self.qtbot.waitUntil(lambda: self.view.is_at_rest)
@@ -94,9 +98,6 @@ def pixels(image: QImage) -> np.ndarray:
 
 
 def _move(canvas: QWidget, at: QPointF, button: Qt.MouseButton, modifier: Qt.KeyboardModifier) -> None:
-    from PySide6.QtCore import QCoreApplication, QEvent
-    from PySide6.QtGui import QMouseEvent
-
     event = QMouseEvent(
         QEvent.Type.MouseMove,
         at,

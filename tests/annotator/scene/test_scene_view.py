@@ -168,8 +168,10 @@ def test_the_cursor_shows_the_mode_and_what_can_be_clicked(scene) -> None:
     assert scene.canvas.cursor().shape() == Qt.CursorShape.CrossCursor
     scene.session.set_mode("navigate")
     assert scene.canvas.cursor().shape() == Qt.CursorShape.ArrowCursor
-    scene.qtbot.mouseMove(scene.canvas, scene.place_of((100.0, 150.0, 60.0)))
-    scene.qtbot.waitUntil(lambda: scene.canvas.cursor().shape() == Qt.CursorShape.PointingHandCursor)
+    scene.hover(scene.place_of((100.0, 150.0, 60.0)))
+    assert scene.canvas.cursor().shape() == Qt.CursorShape.PointingHandCursor
+    scene.hover(AWAY)
+    assert scene.canvas.cursor().shape() == Qt.CursorShape.ArrowCursor
 
 
 def test_keys_go_on_to_the_window(scene) -> None:
@@ -264,6 +266,7 @@ def test_views_come_and_go_without_a_trace(qtbot: QtBot, session: Session) -> No
         view.deleteLater()
         gone.append(weakref.ref(view))
         del view
+        QApplication.processEvents()
     QApplication.sendPostedEvents(None, 52)  # deferred deletions
     QApplication.processEvents()
     gc.collect()
