@@ -13,15 +13,12 @@ from annotations.geometry.frames import Vector
 from annotator.session import Session
 from annotator.slices.marks import RADIUS_PX, Mark
 from annotator.slices.viewport import Viewport
+from annotator.windowing import dragged_window
 
 # A press this near to a keypoint takes hold of it.
 GRAB_RADIUS_PX = 8.0
 # Less than this is a click with an unsteady hand, not a drag.
 DRAG_DISTANCE_PX = 3.0
-# Dragging sideways by this much makes the window e times as wide.
-WINDOW_E_FOLD_PX = 150.0
-# Dragging up or down by this much moves the level by the window's width.
-LEVEL_WIDTH_PX = 200.0
 NOTCH = 120
 ZOOM_PER_NOTCH = 1.2
 PLANES_PER_NOTCH = 1
@@ -150,7 +147,8 @@ class SliceGestures:
             self._surface.pan(at.x() - hold.last.x(), at.y() - hold.last.y())
             hold.last = at
         elif isinstance(hold, _Windowing):
-            self._session.look(window=dragged_window(hold.window, at - hold.start))
+            way = at - hold.start
+            self._session.look(window=dragged_window(hold.window, way.x(), way.y()))
         elif isinstance(hold, _Aiming):
             hold.following = hold.following or _far(at, hold.start)
             if hold.following:
@@ -279,23 +277,6 @@ class SliceGestures:
         if mark is None:
             return Qt.CursorShape.CrossCursor
         return Qt.CursorShape.ForbiddenCursor if mark.locked else Qt.CursorShape.OpenHandCursor
-
-
-def dragged_window(window: tuple[float, float], way: QPointF) -> tuple[float, float]:
-    """Return the window after a drag: wider to the right, brighter upwards.
-
-    Parameters
-    ----------
-    window : (float, float)
-        Before the drag.
-    way : QPointF
-        From the drag's beginning, in pixels.
-    """
-    low, high = window
-    width = high - low
-    level = (low + high) / 2 + way.y() / LEVEL_WIDTH_PX * width
-    wider = width * math.exp(way.x() / WINDOW_E_FOLD_PX)
-    return (level - wider / 2, level + wider / 2)
 
 
 def _far(at: QPointF, start: QPointF) -> bool:

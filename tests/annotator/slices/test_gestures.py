@@ -4,14 +4,11 @@ from itertools import cycle
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
 from annotations.geometry.frames import Vector
 from annotator.session import Session
-from annotator.slices.gestures import dragged_window
 from annotator.slices.slice_view import SliceView
 
 Views = tuple[SliceView, SliceView, SliceView]
@@ -275,18 +272,6 @@ def test_right_drag_changes_window_and_level(views: Views, session: Session, han
     low, high = session.view.window
     assert high - low == pytest.approx(100)
     assert (low + high) / 2 == pytest.approx(50), "upwards brightens"
-
-
-@given(
-    low=st.floats(-1e5, 1e5),
-    width=st.floats(1e-3, 1e5),
-    dx=st.floats(-2000, 2000),
-    dy=st.floats(-2000, 2000),
-)
-def test_a_window_stays_a_window(low: float, width: float, dx: float, dy: float) -> None:
-    dragged = dragged_window((low, low + width), QPointF(dx, dy))
-
-    assert dragged[0] <= dragged[1]
 
 
 def test_a_second_button_does_not_disturb_a_drag(placed: Session, views: Views, hand: Any) -> None:

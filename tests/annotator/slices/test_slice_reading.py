@@ -51,6 +51,7 @@ def test_slices_are_those_of_the_array(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(slice_reading, "PORTION_BYTES", portion_bytes)
+    monkeypatch.setattr(slice_reading, "PORTION_BYTES_HELD", portion_bytes)
     plan = ReadingPlan.of(volume, axis)
 
     slices = read_slices(volume, plan, range(3, 8), transposed=transposed, given_up=lambda: False)
@@ -66,6 +67,7 @@ def test_reading_in_portions_ends_when_given_up(
     volume: Volume, axis: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(slice_reading, "PORTION_BYTES", 1)
+    monkeypatch.setattr(slice_reading, "PORTION_BYTES_HELD", 1)
     asked = []
 
     def give_up_at_the_second() -> bool:
