@@ -51,6 +51,7 @@ class WrappedText(ColoredLabel):
 
     def __init__(self, text: str = "", parent: QWidget | None = None, *, name: str = "") -> None:
         super().__init__(text, parent)
+        self._height = 0
         self.setObjectName(name)
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setWordWrap(True)
@@ -67,6 +68,9 @@ class WrappedText(ColoredLabel):
         width = min(widest, max(self.fontMetrics().horizontalAdvance(line) for line in lines) + 2)
         return QSize(width, self.heightForWidth(width))
 
+    def minimumSizeHint(self) -> QSize:
+        return QSize(super().minimumSizeHint().width(), self._height)
+
     def setText(self, text: str) -> None:
         super().setText(text)
         if self.isVisible():
@@ -79,8 +83,9 @@ class WrappedText(ColoredLabel):
     def _claim_height(self) -> None:
         # A window computes its smallest height at its hinted width: narrower, it would cut text off.
         height = max(self.heightForWidth(self.width()), 0)
-        if height != self.minimumHeight():
-            self.setMinimumHeight(height)
+        if height != self._height:
+            self._height = height
+            self.updateGeometry()
 
 
 class Heading(WrappedText):

@@ -30,6 +30,21 @@ def test_a_wrapped_text_has_the_height_that_its_width_needs(
     )
 
 
+def test_a_wider_window_needs_no_room_for_the_lines_of_a_narrower_one(qtbot: QtBot) -> None:
+    dialog = QDialog()
+    qtbot.addWidget(dialog)
+    layout = QVBoxLayout(dialog)
+    label = WrappedText(SENTENCE)
+    layout.addWidget(label)
+    layout.addStretch(1)
+    dialog.resize(150, 600)
+    dialog.show()
+    qtbot.waitUntil(lambda: dialog.height() > 150)
+    narrow = label.height()
+    dialog.resize(900, 600)
+    qtbot.waitUntil(lambda: label.height() < narrow / 3)
+
+
 def test_a_longer_text_makes_its_window_grow(qtbot: QtBot) -> None:
     dialog = QDialog()
     qtbot.addWidget(dialog)
