@@ -48,6 +48,7 @@ class StartPage(QWidget):
         around.addStretch(3)
         for action in self._recent:
             action.changed.connect(self._draw)
+        self.setFocusProxy(self.findChild(QToolButton))
         self._draw()
 
     def _draw(self) -> None:

@@ -102,10 +102,10 @@ class ViewHandlers:
             view.set_scale(min(view.width(), view.height()) / _CLOSE_UP_UM)
 
     def _toggle_overlays(self) -> None:
-        hidden = not self._session.view.overlays_hidden
-        self._session.look(overlays_hidden=hidden)
+        hidden = self._hidden_while.may_repeat or not self._session.view.overlays_hidden
         if hidden:
             self._hidden_while.watch()
+        self._session.look(overlays_hidden=hidden)
 
     def _on_hidden_while_released(self) -> None:
         self._session.look(overlays_hidden=False)

@@ -267,8 +267,13 @@ class MainWindow(QMainWindow):
             # From one volume to the next there is none for a moment: what is shown stays.
             return
         is_open = self.session.volume is not None
+        if is_open == self.four_up.isVisibleTo(self):
+            return
         self._start_page.setVisible(not is_open)
         self.four_up.setVisible(is_open)
+        # Keys act at once, instead of landing in the first text field.
+        first = self.slices[self.four_up.used_axis] if is_open else self._start_page
+        first.setFocus()
 
     def _draw_title(self) -> None:
         volume = self.session.volume

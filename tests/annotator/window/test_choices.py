@@ -61,7 +61,7 @@ def test_settings_are_changed_in_a_dialog(person, session, settings):
 
 
 def test_sheet_lists_every_action(person):
-    person.press(Qt.Key.Key_Question, SHIFT)
+    person.press(Qt.Key.Key_Question)
     sheet = person.dialog(ShortcutSheet)
     tree = sheet.findChild(QTreeWidget, "shortcut_tree")
     texts = {

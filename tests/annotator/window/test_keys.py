@@ -123,14 +123,33 @@ def test_layers_by_key(person, session, key, layer):
     assert layer in session.view.layers
 
 
-def test_overlays_are_hidden_as_long_as_the_key_is_held(person, session):
+def test_overlays_are_hidden_as_long_as_the_key_is_held(qtbot, person, session):
     person.press_down(Qt.Key.Key_H)
     assert session.view.overlays_hidden
     # The focus may have moved before the key is let go.
     person.slice(0).setFocus()
     person.release(Qt.Key.Key_H)
-    assert not session.view.overlays_hidden
+    qtbot.waitUntil(lambda: not session.view.overlays_hidden)
     assert not person.action("hide_overlays").isChecked()
+
+
+def test_key_that_repeats_as_if_let_go_is_still_held(qtbot, person, session):
+    changes = []
+    session.view_changed.connect(lambda before, after: changes.append(after.overlays_hidden))
+    person.press_down(Qt.Key.Key_H)
+    for _ in range(5):
+        person.release(Qt.Key.Key_H)
+        person.press_down(Qt.Key.Key_H)
+    assert changes == [True]
+    person.release(Qt.Key.Key_H)
+    qtbot.waitUntil(lambda: changes == [True, False])
+
+
+def test_overlays_hidden_by_menu_come_back_by_menu(person, session):
+    person.action("hide_overlays").trigger()
+    assert session.view.overlays_hidden
+    person.action("hide_overlays").trigger()
+    assert not session.view.overlays_hidden
 
 
 def test_looks_by_key(person, session):
