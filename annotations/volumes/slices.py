@@ -17,8 +17,8 @@ class SliceImage:
     Attributes
     ----------
     data : numpy.ndarray
-        Two-dimensional: the two axes other than `axis`, in their order. In one of the types of
-        `annotations.volumes.levels.displayed_dtype`; C-contiguous, in memory.
+        Two-dimensional: the two axes other than `axis`, in their order; in memory. As made here, C-contiguous
+        and in one of the types of `annotations.volumes.levels.displayed_dtype`.
     spacing_um : tuple of float
         Of its pixels, along the two axes.
     origin_um : tuple of float

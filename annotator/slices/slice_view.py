@@ -178,8 +178,7 @@ class SliceView(QWidget):
         if volume is not None and spacing_um is not None:
             plane = Plane.across(self.axis, volume.shape, spacing_um, volume.depth_axis)
             self._viewport = Viewport.fitted(plane, self._area())
-            self._index = plane.index(self._session.view.crosshair_um)
-            self._look_up_image()
+            self._show_plane(plane.index(self._session.view.crosshair_um))
         self._redraw()
         self._tell_cursor()
 
@@ -196,8 +195,7 @@ class SliceView(QWidget):
         if self._viewport is not None:
             index = self._viewport.plane.index(after.crosshair_um)
             if index != self._index:
-                self._index = index
-                self._look_up_image()
+                self._show_plane(index)
                 self._tell_cursor()
             if before.crosshair_um != after.crosshair_um and not self._gestures.is_held:
                 self._bring_crosshair_in_sight()
@@ -211,8 +209,11 @@ class SliceView(QWidget):
             self._tell_cursor()
             self.update()
 
-    def _look_up_image(self) -> None:
+    def _show_plane(self, index: int) -> None:
         """Take the sharp image if it is in memory, else a coarse one until the sharp one arrives."""
+        self._index = index
+        if self._viewport is not None:
+            self.setAccessibleDescription(plane_text(self._viewport.plane, index))
         sharp = self._fetcher.fetch(self.axis, self._index)
         if sharp is not None:
             self._image = sharp

@@ -122,6 +122,7 @@ def test_the_crosshair_names_the_planes(views: Views, session: Session) -> None:
     assert [view.index for view in views] == [12, 20, 45]
     header = views[0]._header(views[0].viewport, session.view)  # type: ignore[arg-type]
     assert header.plane == "y–z plane · x = 0.191 mm (12/39)"
+    assert views[0].accessibleDescription() == header.plane
 
 
 def test_wheel_scrolls_one_plane_and_ten_with_shift(views: Views, session: Session, hand: Any) -> None:
