@@ -62,8 +62,8 @@ def test_every_reported_edit_survives_kill_9(tmp_path: Path, volume_path: Path) 
                     last_finished, begun = line["finished"], None
                     edits_seen += 1
                     wanted -= 1
-                if wanted == 0:
-                    os.kill(pid, signal.SIGKILL)
+                    if wanted == 0:
+                        os.kill(pid, signal.SIGKILL)
             folder = tmp_path / str(seed)
             for path in (folder / "annotations").rglob("*.json*"):
                 if not path.name.endswith(".partial"):
