@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
@@ -38,6 +38,19 @@ class Hand:
     def click(self, view: SliceView, at: QPoint) -> None:
         QTest.mouseClick(view, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
 
+    def move(self, view: SliceView, at: QPoint) -> None:
+        """Move the mouse, without asking the window system where its own cursor is."""
+        local = QPointF(at)
+        event = QMouseEvent(
+            QEvent.Type.MouseMove,
+            local,
+            QPointF(view.mapToGlobal(local)),
+            Qt.MouseButton.NoButton,
+            Qt.MouseButton.NoButton,
+            Qt.KeyboardModifier.NoModifier,
+        )
+        QApplication.sendEvent(view, event)
+
     def drag(
         self,
         view: SliceView,
@@ -49,7 +62,7 @@ class Hand:
     ) -> None:
         QTest.mousePress(view, button, modifiers, start)
         for at in way:
-            QTest.mouseMove(view, at)
+            self.move(view, at)
         if release:
             QTest.mouseRelease(view, button, modifiers, way[-1])
 

@@ -124,7 +124,7 @@ def test_escape_takes_a_drag_back(placed: Session, views: Views, hand: Any) -> N
 
     assert placed.view.preview is None
     # The button is still down: neither moving on nor letting go brings the drag back.
-    QTest.mouseMove(view, start + QPoint(50, 50))
+    hand.move(view, start + QPoint(50, 50))
     assert placed.view.preview is None
     QTest.mouseRelease(
         view, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, start + QPoint(50, 50)
@@ -139,7 +139,7 @@ def test_a_preview_dropped_by_somebody_else_ends_the_drag(placed: Session, views
     hand.drag(views[1], start, start + QPoint(20, 0), release=False)
 
     placed.drop_preview()
-    QTest.mouseMove(views[1], start + QPoint(40, 0))
+    hand.move(views[1], start + QPoint(40, 0))
     QTest.mouseRelease(views[1], Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, start)
 
     assert placed.view.preview is None
@@ -289,7 +289,7 @@ def test_closing_the_volume_ends_a_drag(placed: Session, views: Views, hand: Any
     hand.drag(views[0], start, start + QPoint(20, 0), release=False)
 
     assert placed.close_volume()
-    QTest.mouseMove(views[0], start + QPoint(30, 0))
+    hand.move(views[0], start + QPoint(30, 0))
     QTest.mouseRelease(views[0], Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, start)
 
     assert placed.document is None
@@ -297,15 +297,15 @@ def test_closing_the_volume_ends_a_drag(placed: Session, views: Views, hand: Any
 
 def test_the_cursor_shows_the_mode(placed: Session, views: Views, hand: Any) -> None:
     at = hand.pixel(views[0], MIDDLE_UM)
-    QTest.mouseMove(views[0], QPoint(40, 40))
+    hand.move(views[0], QPoint(40, 40))
     assert views[0].cursor().shape() == Qt.CursorShape.CrossCursor
-    QTest.mouseMove(views[0], at)
+    hand.move(views[0], at)
     assert views[0].cursor().shape() == Qt.CursorShape.OpenHandCursor
     hand.drag(views[0], at, at + QPoint(20, 0), release=False)
     assert views[0].cursor().shape() == Qt.CursorShape.ClosedHandCursor
     QTest.mouseRelease(views[0], Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
     placed.set_locked("k0", True)
-    QTest.mouseMove(views[0], hand.pixel(views[0], placed_um(placed, "k0")))
+    hand.move(views[0], hand.pixel(views[0], placed_um(placed, "k0")))
     assert views[0].cursor().shape() == Qt.CursorShape.ForbiddenCursor
     placed.set_mode("navigate")
     assert views[0].cursor().shape() == Qt.CursorShape.ArrowCursor

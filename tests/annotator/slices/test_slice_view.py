@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QImage
-from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from annotator.session import Session
@@ -217,7 +216,7 @@ def test_the_cursor_reads_out_the_file(qtbot: QtBot, views: Views, session: Sess
     at = hand.pixel(views[1], (10 * 15.9, 0.0, 40 * 9.4))
 
     with qtbot.waitSignal(views[1].cursor_moved, check_params_cb=lambda _, text: bool(text)) as blocker:
-        QTest.mouseMove(views[1], at)
+        hand.move(views[1], at)
 
     position_um, intensity = blocker.args
     index = tuple(round(value / step) for value, step in zip(position_um, (15.9, 13.5, 9.4), strict=True))
@@ -229,7 +228,7 @@ def test_the_cursor_reads_out_anew_when_the_plane_changes_under_it(
     views: Views, session: Session, hand: Any
 ) -> None:
     told: list[tuple[object, str]] = []
-    QTest.mouseMove(views[2], QPoint(200, 150))
+    hand.move(views[2], QPoint(200, 150))
     views[2].cursor_moved.connect(lambda position, text: told.append((position, text)))
 
     hand.wheel(views[2], -120, QPoint(200, 150))
