@@ -1,8 +1,8 @@
 """Times the real application on a full-size volume: ``python -m tests.bench [VOLUME.npy]``.
 
 Without a volume, one of 1096 × 1936 × 1152 voxels (2.4 GB) is synthesised into a temporary folder first.
-Needs a display; on a machine without one, put ``xvfb-run -a -s "-screen 0 1600x1000x24"`` before the command. Every
-frame is waited for. Prints a table on standard error and one JSON object on standard output; judges nothing.
+Needs a display: without one, put ``xvfb-run -a -s "-screen 0 1600x1000x24"`` before the command. Every frame
+is waited for. Prints a table on standard error and one JSON object on standard output; judges nothing.
 """
 
 import argparse
