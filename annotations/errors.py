@@ -1,6 +1,10 @@
 """The error that a user meets: what was wrong, where, and what to do."""
 
-from pydantic import ValidationError
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    # Every module imports this one, and a command's help should not wait for pydantic.
+    from pydantic import ValidationError
 
 _LONGEST_SHOWN = 60
 
@@ -33,7 +37,7 @@ class Cancelled(Exception):  # noqa: N818 - a person's wish, not an error
     """Long work was stopped because the person who started it asked for that."""
 
 
-def first_problem(error: ValidationError) -> str:
+def first_problem(error: "ValidationError") -> str:
     """Say in words what a model refused first: which field, what is wrong with it and what was found."""
     problem = error.errors(include_url=False)[0]
     field = ".".join(str(part) for part in problem["loc"])
