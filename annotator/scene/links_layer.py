@@ -7,10 +7,8 @@ import vtk
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.volumes import Ray, clip_to_box
-from annotator.scene.colors import Rgba, rgba
+from annotator.scene.colors import RAY, rgb
 from annotator.scene.segments import Segment, Segments
-
-_RAY: Rgba = (255, 255, 255, 150)
 
 
 class LinksLayer:
@@ -31,7 +29,7 @@ class LinksLayer:
         """Draw the links of which both ends have a position."""
         self._links.show(
             (
-                Segment(positions_um[link.base], positions_um[link.tip], rgba(link.color))
+                Segment(positions_um[link.base], positions_um[link.tip], rgb(link.color))
                 for link in (tool.links if tool else ())
                 if link.base in positions_um and link.tip in positions_um
             ),
@@ -44,4 +42,4 @@ class LinksLayer:
         if ray is None or span_um is None:
             self._ray.show((), ratio)
         else:
-            self._ray.show([Segment(ray.at(span_um[0]), ray.at(span_um[1]), _RAY)], ratio)
+            self._ray.show([Segment(ray.at(span_um[0]), ray.at(span_um[1]), RAY)], ratio)

@@ -10,10 +10,10 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from annotations.geometry.frames import Vector, nearest_voxel, vector, voxel_to_um
 from annotations.volumes import Level
 from annotator.colormaps import COLORMAPS
-from annotator.scene.colors import axis_colors, rgba
+from annotator.scene.colors import axis_colors, rgb
 from annotator.scene.segments import Segment, Segments
 
-_OUTLINE_ALPHA = 200
+_OUTLINE_DARKER = 130  # percent: the crosshair stands out
 _BLACK = np.array((0, 0, 0, 255), dtype=np.uint8)
 
 
@@ -60,12 +60,14 @@ class PlanesLayer:
         for axis, color in enumerate(axis_colors() if look.box_um else ()):
             corners = _plane_corners(axis, look.crosshair_um, low, high)
             outlines += [
-                Segment(vector(corners[side]), vector(corners[(side + 1) % 4]), rgba(color, _OUTLINE_ALPHA))
+                Segment(
+                    vector(corners[side]), vector(corners[(side + 1) % 4]), rgb(color.darker(_OUTLINE_DARKER))
+                )
                 for side in range(4)
             ]
             first, last = np.array(look.crosshair_um), np.array(look.crosshair_um)
             first[axis], last[axis] = low[axis], high[axis]
-            crosshair.append(Segment(vector(first), vector(last), rgba(color)))
+            crosshair.append(Segment(vector(first), vector(last), rgb(color)))
         self._outlines.show(outlines if look.outlined else (), look.ratio)
         self._crosshair.show(crosshair if look.crossed else (), look.ratio)
 

@@ -10,15 +10,16 @@ from numpy.typing import ArrayLike
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 
 from annotations.geometry.frames import Vector, vector
+from annotator.scene.colors import Rgb
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A straight line between two positions in µm, with its colour (red, green, blue, alpha; 0 to 255)."""
+    """A straight line between two positions in µm."""
 
     first_um: Vector
     second_um: Vector
-    color: tuple[int, int, int, int]
+    color: Rgb
 
 
 class Segments:
@@ -64,7 +65,7 @@ class Segments:
         self._lines.Modified()
 
 
-def box_edges(low_um: ArrayLike, high_um: ArrayLike, color: tuple[int, int, int, int]) -> Sequence[Segment]:
+def box_edges(low_um: ArrayLike, high_um: ArrayLike, color: Rgb) -> Sequence[Segment]:
     """Return the twelve edges of a box."""
     corners = (
         np.array(np.meshgrid(*zip(np.asarray(low_um), np.asarray(high_um), strict=True))).reshape(3, 8).T
