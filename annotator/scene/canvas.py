@@ -95,9 +95,9 @@ class Canvas(QObject):
         width, height = self.window.GetSize()
         values = vtk.vtkUnsignedCharArray()
         self.window.GetPixelData(0, 0, width - 1, height - 1, 0, values, 0)
-        pixels = vtk_to_numpy(values)
-        image = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
-        return image.flipped(Qt.Orientation.Vertical)
+        # VTK's first row is the lowest.
+        pixels = vtk_to_numpy(values).reshape(height, 3 * width)[::-1].tobytes()
+        return QImage(pixels, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
 
     def close(self) -> None:
         """Let go of everything that VTK, Mayavi and OpenGL hold; nothing is drawn from now on."""

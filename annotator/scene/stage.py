@@ -3,6 +3,7 @@
 Importing this module imports Mayavi and VTK, which takes seconds.
 """
 
+import time
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
@@ -22,7 +23,7 @@ from annotator.scene.picking import Picture
 from annotator.scene.planes_layer import PlanesLayer, PlanesLook, SlicesLayer, SlicesLook
 from annotator.scene.renderers import Renderers, is_software
 from annotator.scene.scale_bar_layer import ScaleBarLayer
-from annotator.scene.volume_layer import MOVING_RAY_PX, VolumeLayer, VolumeLook
+from annotator.scene.volume_layer import MOVING_RAY_PX, VolumeLayer, VolumeLook, next_moving_ray_px
 from annotator.settings import Renderer
 from annotator.view import View
 
@@ -76,6 +77,7 @@ class Stage:
             for actor in layer.actors:
                 self.renderers.add_overlay(actor)
         self._keypoints = KeypointsLayer(self.canvas.renderer)
+        self._moving_ray_px = MOVING_RAY_PX
 
     def volume_key(self, look: SceneLook) -> Hashable:
         """Return what the volume's picture at its best depends on."""
@@ -85,7 +87,7 @@ class Stage:
         """Draw a frame; unless it is final, with as few rays as moving things need."""
         self.canvas.fit(look.picture.width_px, look.picture.height_px, look.picture.ratio)
         coarse = self._software and not final
-        behind = _behind(look, ray_px=MOVING_RAY_PX if coarse else 1.0)
+        behind = _behind(look, ray_px=self._moving_ray_px if coarse else 1.0)
         actors: tuple[vtk.vtkProp, ...] = ()
         if isinstance(behind, VolumeLook):
             self._volume.show(behind)
@@ -96,9 +98,12 @@ class Stage:
         hidden = look.view.overlays_hidden
         if not hidden:
             self._show_overlays(look, font)
+        began_s = time.perf_counter()
         self.renderers.draw(
             look.picture.camera, look.ground, behind, actors, overlays=not hidden, final=final
         )
+        if coarse:
+            self._moving_ray_px = next_moving_ray_px(self._moving_ray_px, time.perf_counter() - began_s)
 
     def _show_overlays(self, look: SceneLook, font: QFont) -> None:
         view, picture, ratio = look.view, look.picture, look.picture.ratio

@@ -1,6 +1,7 @@
 """The volume as light passes through it, or its brightest sample along each ray."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 import vtk
@@ -15,6 +16,9 @@ from annotator.view import Rendering
 
 MOVING_RAY_PX = 3.0
 """Distance of rays on the screen while something moves, without a GPU; at rest there is one a pixel."""
+
+_FARTHEST_RAY_PX = 8.0
+_MOVING_FRAME_S = 0.06
 
 _COLORS = 32  # of a colour map of 256: straight lines between them cannot be told from it
 
@@ -81,7 +85,8 @@ class VolumeLayer:
         if look.cropping_um is not None:
             low, high = look.cropping_um
             self._mapper.SetCroppingRegionPlanes(low[0], high[0], low[1], high[1], low[2], high[2])
-        self._color(look)
+        if before is None or replace(before, ray_px=look.ray_px) != look:
+            self._color(look)
 
     def _load(self, level: Level) -> None:
         values, self._stored = stored_intensities(level.data)
@@ -117,6 +122,16 @@ class VolumeLayer:
             brightest = max(high, threshold + 1e-3)
             self._opacity.AddPoint(threshold, FAINT)
             self._opacity.AddPoint(brightest, OPAQUE)
+
+
+def next_moving_ray_px(ray_px: float, took_s: float) -> float:
+    """Return the distance of rays for the next frame of a motion, after one that took so long.
+
+    The time goes with the number of rays. A slow computer, or a large window, gets coarser pictures rather
+    than fewer; none gets finer ones than `MOVING_RAY_PX`.
+    """
+    wanted_px = ray_px * math.sqrt(took_s / _MOVING_FRAME_S)
+    return float(np.clip(round(2 * wanted_px) / 2, MOVING_RAY_PX, _FARTHEST_RAY_PX))
 
 
 @dataclass(frozen=True)

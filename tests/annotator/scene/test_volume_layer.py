@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from annotator.scene.volume_layer import stored_intensities
+from annotator.scene.volume_layer import MOVING_RAY_PX, next_moving_ray_px, stored_intensities
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
@@ -46,3 +46,12 @@ def test_signed_integers_keep_their_differences() -> None:
     stored, scale = stored_intensities(data)
     assert stored.ravel().tolist() == [0, 32768, 65535]
     assert scale.of(-300.0) == 0.0
+
+
+def test_slow_frames_get_fewer_rays_and_fast_ones_get_them_back() -> None:
+    slow = next_moving_ray_px(MOVING_RAY_PX, 0.3)
+    assert slow > MOVING_RAY_PX
+    assert next_moving_ray_px(slow, 0.06) == slow
+    assert next_moving_ray_px(slow, 0.01) == MOVING_RAY_PX
+    assert next_moving_ray_px(slow, 100.0) <= 8
+    assert next_moving_ray_px(MOVING_RAY_PX, 0.001) == MOVING_RAY_PX
