@@ -4,7 +4,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Slot
-from PySide6.QtGui import QCloseEvent, QColor, QImage, QKeyEvent, QPainter, QPaintEvent, QShowEvent
+from PySide6.QtGui import (
+    QCloseEvent,
+    QColor,
+    QImage,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QShowEvent,
+)
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from annotations.geometry.frames import Vector, vector, voxel_to_um
@@ -48,6 +57,7 @@ class SceneView(QWidget):
         self._stage: Stage | None = None
         self._closed = False
         self._camera: Camera | None = None
+        self._fitted: Camera | None = None
         self._parallel = True
         self._seen: object = None
         self._volume_key: object = None
@@ -93,6 +103,13 @@ class SceneView(QWidget):
         if self._stage is not None:
             self._stage.canvas.close()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        # Before the canvas is laid out the picture has no size.
+        self._layout.activate()
+        if self._camera is not None and self._camera == self._fitted:
+            self.zoom_to_fit()
+
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         # The window is drawn first; importing Mayavi takes seconds.
@@ -113,11 +130,13 @@ class SceneView(QWidget):
         """See the whole volume from one of the preset directions."""
         if (camera := self._preset(name)) is not None:
             self._set_camera(camera)
+            self._fitted = camera
 
     def zoom_to_fit(self) -> None:
         """See the whole volume from where the camera looks now."""
         if (box_um := self._box_um()) is not None and self._camera is not None:
-            self._set_camera(fitted(self._camera, *box_um, self._aspect))
+            self._fitted = fitted(self._camera, *box_um, self._aspect)
+            self._set_camera(self._fitted)
 
     def zoom_to_keypoint(self, name: str) -> None:
         """See a keypoint in the middle and from near; does nothing where it has no position."""
@@ -130,7 +149,10 @@ class SceneView(QWidget):
         """Use parallel projection, in which one scale holds everywhere, or perspective."""
         self._parallel = parallel
         if self._camera is not None:
+            was_fitted = self._camera == self._fitted
             self._set_camera(replace(self._camera, parallel=parallel))
+            if was_fitted:
+                self.zoom_to_fit()
 
     # The picture
 
@@ -196,7 +218,7 @@ class SceneView(QWidget):
 
         session = self._session
         if self._camera is None:
-            self._camera = self._preset("home")
+            self._camera = self._fitted = self._preset("home")
             self._seen = self._sight()
         return SceneLook(
             picture=self._picture(),

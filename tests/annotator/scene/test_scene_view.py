@@ -4,6 +4,7 @@ import gc
 import subprocess
 import sys
 import weakref
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -211,6 +212,22 @@ def test_presets_fit_and_close_ups(scene) -> None:
     assert not scene.view.camera.parallel
     scene.view.look_from("home")
     assert not scene.view.camera.parallel
+
+
+def test_a_fitted_volume_stays_fitted_in_another_size(scene) -> None:
+    box_um = ((0.0, 0.0, 0.0), (39 * 15.9, 59 * 13.5, 49 * 9.4))
+
+    def fits() -> bool:
+        places = [scene.place_of(corner) for corner in product(*zip(*box_um, strict=True))]
+        return all(scene.canvas.rect().contains(place) for place in places)
+
+    assert fits()
+    scene.view.resize(200, 320)
+    assert fits()
+    scene.drag(QPoint(100, 100), QPoint(40, 20))
+    height_um = scene.view.camera.height_um
+    scene.view.resize(120, 320)
+    assert scene.view.camera.height_um == height_um
 
 
 def test_the_camera_stays_from_one_volume_to_an_equal_one(scene, volume_path: Path) -> None:
