@@ -14,6 +14,7 @@ from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotations.volumes import DatasetChoice, Volume
 from annotator.crash_log import CrashLog
+from annotator.garbage import GarbageCollection
 from annotator.session import Session
 from annotator.session_options import SessionOptions
 from annotator.settings import Settings
@@ -154,6 +155,8 @@ def take_screenshot(
         )
         crash_log = CrashLog(folder / "annotator.log")
         crash_log.start()
+        garbage = GarbageCollection()
+        garbage.start()
         window = MainWindow(session, settings, crash_log.path, asks=False)
         window.resize(QSize(*size))
         window.show()
@@ -162,6 +165,7 @@ def take_screenshot(
         QTimer.singleShot(0, lambda: photographer.begin(path))
         application.exec()
         session.shut_down()
+        garbage.stop()
         crash_log.stop()
     return photographer.code
 

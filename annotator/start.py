@@ -10,6 +10,7 @@ from annotations import __version__
 from annotations.app_folders import state_folder
 from annotations.geometry.frames import Vector
 from annotator.crash_log import CrashLog
+from annotator.garbage import GarbageCollection
 from annotator.session import Session
 from annotator.session_options import SessionOptions
 from annotator.settings import Settings
@@ -48,6 +49,8 @@ def run(
     apply_theme(settings.theme)
     crash_log = CrashLog(state_folder() / "annotator.log")
     crash_log.start()
+    garbage = GarbageCollection()
+    garbage.start()
     session = Session(
         SessionOptions(
             annotator_name=annotator or settings.annotator_name,
@@ -61,6 +64,7 @@ def run(
     )
     window = MainWindow(session, settings, crash_log.path)
     crash_log.unexpected_error.connect(window.questions.show_error)
+    window.scene_prepared.connect(garbage.settle)
     termination = Termination(window.close)
 
     def begin() -> None:
@@ -76,5 +80,6 @@ def run(
     code = application.exec()
     termination.stop()
     session.shut_down()
+    garbage.stop()
     crash_log.stop()
     return code

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Slot
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
 
@@ -56,12 +56,19 @@ class MainWindow(QMainWindow):
     asks : bool
         Whether the session's questions and errors become dialogs; else somebody else answers them.
 
+    Signals
+    -------
+    scene_prepared
+        Mayavi is imported, and the scene shown.
+
     Attributes
     ----------
     scene, slices, fetcher, four_up, status, questions
         The parts that those who drive the window from outside need.
     actions_by_name : ActionSet
     """
+
+    scene_prepared = Signal()
 
     def __init__(self, session: Session, settings: Settings, log_path: Path, *, asks: bool = True) -> None:
         super().__init__()
@@ -290,6 +297,7 @@ class MainWindow(QMainWindow):
 
     def _on_job_stage_imported(self, _: object) -> None:
         self.four_up.show_scene()
+        self.scene_prepared.emit()
 
     @Slot(object)
     def _on_jobs_job_changed(self, job: Job) -> None:

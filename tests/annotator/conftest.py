@@ -1,5 +1,6 @@
 """A real session on a small volume, with a bright slab whose surfaces are known."""
 
+import gc
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,6 +24,15 @@ def write_volume(path: Path, seed: int = 0) -> Path:
     np.save(path, data)
     write_sidecar(path, SPACING_UM, 2)
     return path
+
+
+@pytest.fixture(autouse=True)
+def cycles_are_collected_only_here() -> Iterator[None]:
+    """Collect reference cycles between the tests, in this thread: `annotator.garbage` says why."""
+    gc.disable()
+    yield
+    gc.collect()
+    gc.enable()
 
 
 @pytest.fixture

@@ -1,0 +1,48 @@
+"""Python's collector of reference cycles, kept in the GUI thread."""
+
+import gc
+
+from PySide6.QtCore import QObject, QTimer
+
+_LOOK_EVERY_MS = 1000
+
+
+class GarbageCollection(QObject):
+    """Collects cycles by a timer of the GUI thread, and keeps Python from doing it anywhere else.
+
+    Python collects in whatever thread happens to allocate. A cycle with a widget in it, collected by a thread
+    that reads slices, deletes that widget outside of the GUI thread: it takes Qt's lock of signals and waits
+    for the interpreter, which the GUI thread holds while it waits for the lock. The program stands still.
+    """
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._timer = QTimer(self)
+        self._timer.setInterval(_LOOK_EVERY_MS)
+        self._timer.timeout.connect(self._on_timer_timeout)
+
+    def start(self) -> None:
+        """Take the collection over."""
+        gc.disable()
+        self._timer.start()
+
+    def settle(self) -> None:
+        """Leave all that is there by now out of further collections: imported modules do not become garbage.
+
+        With Mayavi's it would take an eighth of a second to look at them all, again and again.
+        """
+        gc.collect()
+        gc.freeze()
+
+    def stop(self) -> None:
+        """Give the collection back, when no other thread runs any more."""
+        self._timer.stop()
+        gc.unfreeze()
+        gc.enable()
+
+    def _on_timer_timeout(self) -> None:
+        """Do what Python would have done by now: the oldest generation whose count is over its threshold."""
+        for generation in (2, 1, 0):
+            if gc.get_count()[generation] > gc.get_threshold()[generation]:
+                gc.collect(generation)
+                return
