@@ -4,6 +4,8 @@ The menus, the tool bar, the shortcut sheet and ``docs/shortcuts.md`` are all ma
 of the mouse's gestures; ``python -m annotator.actions`` prints the last of them.
 """
 
+from itertools import groupby
+
 from annotator.action import Action
 from annotator.mouse_gestures import GESTURES
 from annotator.view_actions import VIEW_ACTIONS
@@ -334,13 +336,21 @@ def action(name: str) -> Action:
 
 def sheet_rows() -> tuple[tuple[str, str, str], ...]:
     """Return (group, text, shortcut) of every action and gesture, as the shortcut sheet shows them."""
-    keys = tuple(
-        (entry.menu.replace("/", " › "), entry.text, ", ".join(entry.shortcuts))
-        for menu in MENUS
-        for entry in ACTIONS
-        if entry.menu.split("/")[0] == menu
-    )
-    return keys + tuple((f"Mouse › {entry.place}", entry.effect, entry.gesture) for entry in GESTURES)
+    rows = []
+    for menu in MENUS:
+        entries = [entry for entry in ACTIONS if entry.menu.split("/")[0] == menu]
+        for _, group in groupby(entries, _kind):
+            same = list(group)
+            text, keys = same[0].text, ", ".join(same[0].shortcuts)
+            if len(same) > 1:
+                text, keys = f"{text} to {len(same)}", f"{keys} … {same[-1].shortcuts[0]}"
+            rows.append((same[0].menu.replace("/", " › "), text, keys))
+    return (*rows, *((f"Mouse › {entry.place}", entry.effect, entry.gesture) for entry in GESTURES))
+
+
+def _kind(entry: Action) -> str:
+    """Name what a row of the sheet is about: the numbered recent files are one, and so are the keypoints."""
+    return next((kind for kind in ("recent_", "keypoint_") if entry.name.startswith(kind)), entry.name)
 
 
 def markdown() -> str:
