@@ -75,8 +75,9 @@ class ActionSet(QObject):
     def draw_icons(self, palette: QPalette) -> None:
         """Draw the icons in a palette's colours."""
         for name, action in self._actions.items():
-            if has_icon(name):
-                action.setIcon(icon(name, palette))
+            shape = "recent" if name.startswith("recent_") else name
+            if has_icon(shape):
+                action.setIcon(icon(shape, palette))
 
     def draw(self, state: ActionState, also_checked: Iterable[str] = ()) -> None:
         """Enable, check and name the actions; ``also_checked`` are on for reasons outside the session."""

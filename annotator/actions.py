@@ -34,7 +34,7 @@ _FILE = (
         "Open Demo Study",
         "File",
         ("Ctrl+Shift+D",),
-        "Open a small study of synthetic volumes; it is made first, once.",
+        "Open a study of synthetic volumes.",
     ),
     *(
         Action(

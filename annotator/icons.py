@@ -10,6 +10,7 @@ _SHAPES = {
     "open_folder": "<path d='M3 19V5.5h6l2 2.5h10v11z M7 12h10 M7 15.5h7'/>",
     "open_demo": "<path d='M6 19l4-5 4-2 4-6'/><circle cx='6' cy='19' r='1.2'/>"
     "<circle cx='10' cy='14' r='1.2'/><circle cx='14' cy='12' r='1.2'/><circle cx='18' cy='6' r='1.2'/>",
+    "recent": "<circle cx='12' cy='12' r='8.5'/><path d='M12 7v5l3.5 2'/>",
     "save": "<path d='M4.5 4.5h12l3 3v12h-15z M8 4.5v5h7v-5 M7.5 19.5v-6.5h9v6.5'/>",
     "navigate_mode": "<path d='M6 3.5v15l4-3.8 2.6 5.8 2.6-1.2-2.6-5.6 5.4-.4z'/>",
     "place_mode": "<circle cx='12' cy='12' r='6'/><path d='M12 2.5v6 M12 15.5v6 M2.5 12h6 M15.5 12h6'/>"

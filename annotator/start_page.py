@@ -4,11 +4,11 @@ from collections.abc import Iterable
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCommandLinkButton, QFrame, QLabel, QVBoxLayout, QWidget
 
 from annotator.labels import Heading
 
-_COLUMN_LETTERS = 56
+_COLUMN_LETTERS = 84
 
 
 class StartPage(QWidget):
@@ -33,37 +33,43 @@ class StartPage(QWidget):
         column.setFixedWidth(_COLUMN_LETTERS * self.fontMetrics().averageCharWidth())
         layout = QVBoxLayout(column)
         layout.addWidget(Heading("Open a volume to annotate"))
-        layout.addWidget(QLabel("Drop a file or a folder anywhere on the window, or"))
-        for action in opening:
-            layout.addWidget(_button(action))
+        layout.addWidget(QLabel("Drop a file or a folder anywhere on the window, or choose:"))
+        links = [_ActionLink(action) for action in opening]
+        for link in links:
+            layout.addWidget(link)
         self._recent_title = Heading("Recent")
         layout.addSpacing(self.fontMetrics().height())
         layout.addWidget(self._recent_title)
-        self._recent_buttons = [_button(action) for action in self._recent]
-        for button in self._recent_buttons:
-            layout.addWidget(button)
+        for action in self._recent:
+            layout.addWidget(_ActionLink(action))
         around = QVBoxLayout(self)
         around.addStretch(2)
         around.addWidget(column, 0, Qt.AlignmentFlag.AlignHCenter)
         around.addStretch(3)
         for action in self._recent:
             action.changed.connect(self._draw)
-        self.setFocusProxy(self.findChild(QToolButton))
+        self.setFocusProxy(links[0])
         self._draw()
 
     def _draw(self) -> None:
-        for action, button in zip(self._recent, self._recent_buttons, strict=True):
-            button.setVisible(action.isVisible())
         self._recent_title.setVisible(any(action.isVisible() for action in self._recent))
 
 
-def _button(action: QAction) -> QToolButton:
-    button = QToolButton()
-    button.setDefaultAction(action)
-    button.setObjectName(f"start_{action.objectName().removeprefix('action_')}")
-    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-    button.setAutoRaise(True)
-    button.setCursor(Qt.CursorShape.PointingHandCursor)
-    button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-    button.setMinimumHeight(round(2.2 * button.fontMetrics().height()))
-    return button
+class _ActionLink(QCommandLinkButton):
+    """A large button for an action: its name, and below it what it opens."""
+
+    def __init__(self, action: QAction) -> None:
+        super().__init__()
+        self._action = action
+        self.setObjectName(f"start_{action.objectName().removeprefix('action_')}")
+        self.clicked.connect(action.trigger)
+        action.changed.connect(self._draw)
+        self._draw()
+
+    def _draw(self) -> None:
+        name, _, place = self._action.text().replace("&&", "&").partition(" – ")
+        self.setText(name.removesuffix("…"))
+        self.setDescription(place or self._action.toolTip())
+        self.setAccessibleName(name)
+        self.setIcon(self._action.icon())
+        self.setVisible(self._action.isVisible())
