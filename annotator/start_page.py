@@ -2,9 +2,8 @@
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QCommandLinkButton, QFrame, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCommandLinkButton, QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from annotator.labels import Heading
 
@@ -30,7 +29,7 @@ class StartPage(QWidget):
         self.setAccessibleName("Nothing is open")
         self._recent = tuple(recent)
         column = QFrame()
-        column.setFixedWidth(_COLUMN_LETTERS * self.fontMetrics().averageCharWidth())
+        column.setMaximumWidth(_COLUMN_LETTERS * self.fontMetrics().averageCharWidth())
         layout = QVBoxLayout(column)
         layout.addWidget(Heading("Open a volume to annotate"))
         layout.addWidget(QLabel("Drop a file or a folder anywhere on the window, or choose:"))
@@ -42,9 +41,13 @@ class StartPage(QWidget):
         layout.addWidget(self._recent_title)
         for action in self._recent:
             layout.addWidget(_ActionLink(action))
+        beside = QHBoxLayout()
+        beside.addStretch(1)
+        beside.addWidget(column, 100)
+        beside.addStretch(1)
         around = QVBoxLayout(self)
         around.addStretch(2)
-        around.addWidget(column, 0, Qt.AlignmentFlag.AlignHCenter)
+        around.addLayout(beside)
         around.addStretch(3)
         for action in self._recent:
             action.changed.connect(self._draw)

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, Q
 
 from annotator.action_set import ActionSet
 from annotator.action_state import state_of
-from annotator.actions import RECENT_FILES
 from annotator.annotate_handlers import AnnotateHandlers
 from annotator.display_memory import DisplayMemory
 from annotator.file_handlers import FileHandlers
@@ -40,6 +39,8 @@ from annotator.window_handlers import WindowHandlers
 
 _TITLE = "OCT Annotator"
 _FIRST_SIZE = QSize(1600, 1000)
+# As many as a small window has room for; the menu has them all.
+_RECENT_ON_START_PAGE = 4
 # Parts of the window's width, at the first start, on the left and on the right.
 _DOCK_WIDTHS = (0.12, 0.28)
 
@@ -226,7 +227,7 @@ class MainWindow(QMainWindow):
         actions = self.actions_by_name
         page = StartPage(
             [actions[name] for name in ("open_file", "open_folder", "open_demo")],
-            [actions[f"recent_{number}"] for number in range(1, RECENT_FILES + 1)],
+            [actions[f"recent_{number}"] for number in range(1, _RECENT_ON_START_PAGE + 1)],
         )
         self._centre.addWidget(page)
         return page
