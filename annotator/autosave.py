@@ -7,6 +7,7 @@ from annotations.durable_files import SaveError
 from annotator.document_file import DocumentFile
 
 SYNC_MS = 500
+_RETRY_MS = 5000
 
 
 class Autosave(QObject):
@@ -61,6 +62,11 @@ class Autosave(QObject):
             self._sync_timer.start()
         if self._save_after_ms and not self._save_timer.isActive():
             self._save_timer.start(self._save_after_ms)
+
+    def try_again(self) -> None:
+        """Ask once more later: the file could not be written now."""
+        if self._save_after_ms and self._file is not None:
+            self._save_timer.start(max(self._save_after_ms, _RETRY_MS))
 
     def _on_sync_timer_timeout(self) -> None:
         if self._file is None:

@@ -40,6 +40,7 @@ COLORMAPS: Mapping[str, ColorTable] = _Colormaps()
 def _table(matplotlib_name: str) -> ColorTable:
     from matplotlib import colormaps
 
-    table: ColorTable = colormaps[matplotlib_name](np.arange(256), bytes=True)
+    # Matplotlib's own bytes are cut off, not rounded: its gray number 33 would be 32.
+    table: ColorTable = np.rint(255 * colormaps[matplotlib_name](np.arange(256))).astype(np.uint8)
     table.setflags(write=False)
     return table

@@ -1,13 +1,19 @@
 """Long work off the GUI thread: started here, shown with its progress, cancelled by a person."""
 
+import queue
 import threading
+import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
 
 from annotations.errors import Cancelled
+
+# Two: a level may be built while picks and openings go on beside it.
+_THREADS = 2
+# A slab or a slice is read well within this; what takes longer is given up.
+_PATIENCE_S = 2.0
 
 JobState = Literal["running", "done", "cancelled", "failed"]
 Result = TypeVar("Result")
@@ -57,8 +63,14 @@ class Jobs(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        # Two: a level may be built while slices, picks and openings go on beside it.
-        self._threads = ThreadPoolExecutor(max_workers=2, thread_name_prefix="job")
+        self._waiting: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        # Daemons: a read that hangs on a dead network share must not keep the program from ending.
+        self._threads = [
+            threading.Thread(target=self._work, name=f"job-{number}", daemon=True)
+            for number in range(_THREADS)
+        ]
+        for thread in self._threads:
+            thread.start()
         self._running: list[Job] = []
         self._closed = False
         self._delivered.connect(self._on_delivered, Qt.ConnectionType.QueuedConnection)
@@ -75,12 +87,13 @@ class Jobs(QObject):
         *,
         done: Callable[[Result], None],
         failed: Callable[[Exception], None],
+        cancelled: Callable[[], None] | None = None,
         shown: bool = True,
     ) -> Job:
         """Run ``work(progress, cancelled)`` in a thread.
 
-        Then, in this object's thread, ``done(result)`` or ``failed(exception)`` is called; neither for a job
-        that was cancelled.
+        Then, in this object's thread, ``done(result)`` or ``failed(exception)`` is called, or for a job that
+        was cancelled, ``cancelled()``.
         """
         job = Job(title, shown)
         self._running.append(job)
@@ -95,15 +108,15 @@ class Jobs(QObject):
                     raise Cancelled
                 result = work(report, job.is_cancelled)
             except Cancelled:
-                self._deliver(lambda: self._end(job, "cancelled", None))
+                self._deliver(lambda: self._end(job, "cancelled", None, cancelled))
             except Exception as error:  # noqa: BLE001 - whatever it is, the person who waits must hear of it
                 # The name is unbound at the end of the clause, the closure runs later.
                 problem = error
-                self._deliver(lambda: self._end(job, "failed", lambda: failed(problem)))
+                self._deliver(lambda: self._end(job, "failed", lambda: failed(problem), cancelled))
             else:
-                self._deliver(lambda: self._end(job, "done", lambda: done(result)))
+                self._deliver(lambda: self._end(job, "done", lambda: done(result), cancelled))
 
-        self._threads.submit(run)
+        self._waiting.put(run)
         return job
 
     def cancel(self, job: Job) -> None:
@@ -111,12 +124,20 @@ class Jobs(QObject):
         job.request_cancel()
 
     def close(self) -> None:
-        """Cancel everything and take no more results."""
+        """Cancel everything and take no more results; waits a moment for what is being done."""
         self._closed = True
         for job in self._running:
             job.request_cancel()
-        self._threads.shutdown(wait=True, cancel_futures=True)
+        for _ in self._threads:
+            self._waiting.put(None)
+        patience_ends = time.monotonic() + _PATIENCE_S
+        for thread in self._threads:
+            thread.join(max(0.0, patience_ends - time.monotonic()))
         self._running.clear()
+
+    def _work(self) -> None:
+        while (run := self._waiting.get()) is not None:
+            run()
 
     def _deliver(self, call: Callable[[], None]) -> None:
         if not self._closed:
@@ -130,9 +151,16 @@ class Jobs(QObject):
         job.progress = progress
         self.job_changed.emit(job)
 
-    def _end(self, job: Job, state: JobState, then: Callable[[], None] | None) -> None:
+    def _end(
+        self,
+        job: Job,
+        state: JobState,
+        then: Callable[[], None] | None,
+        cancelled: Callable[[], None] | None,
+    ) -> None:
         job.state = "cancelled" if job.is_cancelled() else state
         self._running.remove(job)
         self.job_changed.emit(job)
-        if then is not None and job.state != "cancelled":
-            then()
+        follow = cancelled if job.state == "cancelled" else then
+        if follow is not None:
+            follow()

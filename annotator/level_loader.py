@@ -20,12 +20,13 @@ class LevelLoader(QObject):
     -------
     averaged_loaded : Level
     detail_loaded : Level
-    failed : Exception
+    averaged_failed, detail_failed : Exception
     """
 
     averaged_loaded = Signal(object)
     detail_loaded = Signal(object)
-    failed = Signal(object)
+    averaged_failed = Signal(object)
+    detail_failed = Signal(object)
 
     def __init__(self, jobs: Jobs, cache: LevelCache, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -51,7 +52,7 @@ class LevelLoader(QObject):
             return level
 
         self._averaged_job = self._jobs.start(
-            "Averaging the volume", work, done=self.averaged_loaded.emit, failed=self.failed.emit
+            "Averaging the volume", work, done=self.averaged_loaded.emit, failed=self.averaged_failed.emit
         )
 
     def load_detail(self, volume: Volume, spacing_um: Vector, centre_um: Vector) -> None:
@@ -62,7 +63,7 @@ class LevelLoader(QObject):
             "Reading the detail",
             lambda _progress, _cancelled: detail_block(volume, spacing_um, centre_um, DETAIL_SIZE_UM),
             done=self.detail_loaded.emit,
-            failed=self.failed.emit,
+            failed=self.detail_failed.emit,
             shown=False,
         )
 

@@ -1,10 +1,11 @@
 """Opening a volume with its annotation: everything that reads files, done before anything is shown."""
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from annotations.documents.annotation import Annotation, new_annotation
+from annotations.documents.annotation import Annotation, KeypointAnnotation, changed, new_annotation
 from annotations.documents.files import (
     DocumentError,
     FileIdentity,
@@ -13,6 +14,7 @@ from annotations.documents.files import (
     ships,
     tool_of,
 )
+from annotations.documents.recovery import Recovery
 from annotations.documents.volume_link import compare, reference_to
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
@@ -22,11 +24,27 @@ from annotations.volumes import Level, Volume, fingerprint, intensity_window, op
 from annotator.spacing_answer import SpacingAnswer
 from annotator.worklist import WorkItem
 
-_SOURCES = {
-    "file": "from the volume's file",
-    "sidecar": "from the file beside the volume",
-    "folder": "as answered for this folder",
-}
+
+@dataclass(frozen=True)
+class OpeningRequest:
+    """What is to be opened.
+
+    Attributes
+    ----------
+    annotator : str
+        Who a document that is begun belongs to.
+    dataset : str or None
+        The chosen member of a file that holds several arrays.
+    recovery : Recovery or None
+        Unsaved edits that a dead program left; the document goes on from them.
+    """
+
+    item: WorkItem
+    annotator: str
+    tool_name: str
+    tool_folders: tuple[Path, ...]
+    dataset: str | None = None
+    recovery: Recovery | None = None
 
 
 @dataclass(frozen=True)
@@ -35,20 +53,25 @@ class Found:
 
     Attributes
     ----------
+    fingerprint : str
+        The volume's.
     document : Annotation or None
         None where there is no annotation file yet.
     identity : str
-        Of the annotation file's content, "" where there is none.
-    fingerprint : str
-        The volume's.
+        Of the annotation file's content that the document came from, "" where there was none.
     """
 
-    item: WorkItem
+    request: OpeningRequest
     volume: Volume
     fingerprint: str
     document: Annotation | None
     identity: FileIdentity
     tool: ToolSpecification
+
+    @property
+    def item(self) -> WorkItem:
+        """The item that is opened."""
+        return self.request.item
 
 
 @dataclass(frozen=True)
@@ -74,7 +97,7 @@ class Opened:
     warnings: tuple[UserError, ...]
 
 
-def find(item: WorkItem, dataset: str | None, tool_name: str, tool_folders: tuple[Path, ...]) -> Found:
+def find(request: OpeningRequest) -> Found:
     """Open a volume and read its annotation file, if there is one.
 
     Raises
@@ -82,20 +105,50 @@ def find(item: WorkItem, dataset: str | None, tool_name: str, tool_folders: tupl
     UserError
         The volume or the annotation cannot be read, or do not belong together; both are untouched.
     """
-    volume = open_volume(item.volume_path, dataset=dataset or item.dataset)
-    if not item.annotation_path.exists():
-        return Found(item, volume, fingerprint(volume), None, "", find_tool(tool_name, tool_folders))
-    document, identity = load_annotation(item.annotation_path)
+    item = request.item
+    volume = open_volume(item.volume_path, dataset=request.dataset or item.dataset)
     try:
-        tool = tool_of(document, tool_folders)
-        document = completed(document, tool)
+        return _with_document(request, volume, fingerprint(volume))
+    except BaseException:
+        volume.close()
+        raise
+
+
+def _with_document(request: OpeningRequest, volume: Volume, volume_fingerprint: str) -> Found:
+    path, recovery = request.item.annotation_path, request.recovery
+    try:
+        if recovery is not None:
+            tool = tool_of(recovery.document, request.tool_folders)
+            document, identity = _before_recovery(recovery, tool)
+        else:
+            document, identity = load_annotation(path)
+            tool = tool_of(document, request.tool_folders)
+            document = completed(document, tool)
     except UserError as error:
-        raise DocumentError(
-            error.problem, where=error.where or item.annotation_path, remedy=error.remedy
-        ) from error
-    found = Found(item, volume, fingerprint(volume), document, identity, tool)
-    _refuse_other_volume(found, document)
-    return found
+        if isinstance(error.__cause__, FileNotFoundError | NotADirectoryError):
+            tool = find_tool(request.tool_name, request.tool_folders)
+            return Found(request, volume, volume_fingerprint, None, "", tool)
+        raise DocumentError(error.problem, where=error.where or path, remedy=error.remedy) from error
+    for finding in compare(document.volume, volume, volume_fingerprint):
+        if finding.kind in ("shape", "dtype"):
+            raise DocumentError(
+                finding.problem,
+                where=path,
+                remedy="Put the right volume back, or move the annotation file away to begin a new one",
+            )
+    return Found(request, volume, volume_fingerprint, document, identity, tool)
+
+
+def _before_recovery(recovery: Recovery, tool: ToolSpecification) -> tuple[Annotation, FileIdentity]:
+    """Return the document as it was saved last, to which undo leads back, and what its file was then.
+
+    That identity, not the present one: a file that another program has changed since is noticed on saving.
+    """
+    with contextlib.suppress(UserError):
+        saved, _ = load_annotation(recovery.annotation_path)
+        return completed(saved, tool), recovery.expected
+    blank = tuple(KeypointAnnotation(name=name) for name in tool.keypoint_names)
+    return changed(recovery.document, keypoints=blank, boxes=(), status="in_progress"), recovery.expected
 
 
 def known_spacing(
@@ -112,18 +165,24 @@ def known_spacing(
     remembered : callable
         From a volume's fingerprint to what a person answered before.
     """
-    if found.document is not None:
-        return found, found.document.volume.spacing_um, "from the annotation"
-    if said is not None:
-        return found, said, "as given at the start"
-    if found.volume.spacing_um is not None and found.volume.spacing_source is not None:
-        return found, found.volume.spacing_um, _SOURCES[found.volume.spacing_source]
-    if found.item.spacing_um is not None:
-        return found, found.item.spacing_um, "from the study"
     answer = remembered(found.fingerprint)
-    if answer is None:
-        return None
-    return with_depth_axis(found, answer.depth_axis), answer.spacing_um, "as answered before"
+    if answer is not None and found.volume.spacing_source is None:
+        # Wherever the spacing comes from: the depth axis was said as well.
+        found = with_depth_axis(found, answer.depth_axis)
+    volume = found.volume
+    sources: tuple[tuple[Vector | None, str], ...] = (
+        (found.document.volume.spacing_um if found.document else None, "from the annotation"),
+        (said, "as given at the start"),
+        (
+            volume.spacing_um if volume.spacing_source == "sidecar" else None,
+            "from the file beside the volume",
+        ),
+        (volume.spacing_um if volume.spacing_source == "file" else None, "from the volume's file"),
+        (found.item.spacing_um, "from the study"),
+        (volume.spacing_um if volume.spacing_source == "folder" else None, "as answered for this folder"),
+        (answer.spacing_um if answer else None, "as answered before"),
+    )
+    return next(((found, spacing_um, note) for spacing_um, note in sources if spacing_um is not None), None)
 
 
 def with_depth_axis(found: Found, depth_axis: int) -> Found:
@@ -131,12 +190,12 @@ def with_depth_axis(found: Found, depth_axis: int) -> Found:
     return replace(found, volume=replace(found.volume, depth_axis=depth_axis))
 
 
-def prepare(found: Found, spacing_um: Vector, spacing_note: str, annotator: str) -> Opened:
+def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
     """Read the preview and begin a document where there is none; takes a fraction of a second."""
     document = found.document or new_annotation(
         reference_to(found.volume, spacing_um, found.item.annotation_path, found.fingerprint),
         found.tool,
-        annotator,
+        found.request.annotator,
         "keypoints",
         ships=ships(found.tool),
     )
@@ -150,13 +209,3 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str, annotator: str)
         for finding in compare(document.volume, found.volume, found.fingerprint)
     )
     return Opened(found, document, spacing_um, spacing_note, level, intensity_window(level), warnings)
-
-
-def _refuse_other_volume(found: Found, document: Annotation) -> None:
-    for finding in compare(document.volume, found.volume, found.fingerprint):
-        if finding.kind in ("shape", "dtype"):
-            raise DocumentError(
-                finding.problem,
-                where=found.item.annotation_path,
-                remedy="Put the right volume back, or move the annotation file away to begin a new one",
-            )

@@ -172,10 +172,10 @@ class Questions(QObject):
 
         def on_dialog_accepted() -> None:
             if (answer := dialog.answer) is not None:
-                self._session.provide_spacing(answer)
+                self._session.provide_spacing(volume.path, answer)
 
         dialog.accepted.connect(on_dialog_accepted)
-        dialog.rejected.connect(self._session.cancel_opening)
+        dialog.rejected.connect(lambda: self._session.decline_opening(volume.path))
         self.show(dialog)
 
     def _on_session_dataset_requested(self, path: Path, choices: tuple[DatasetChoice, ...]) -> None:
@@ -183,10 +183,10 @@ class Questions(QObject):
 
         def on_dialog_accepted() -> None:
             if dialog.dataset is not None:
-                self._session.provide_dataset(dialog.dataset)
+                self._session.provide_dataset(path, dialog.dataset)
 
         dialog.accepted.connect(on_dialog_accepted)
-        dialog.rejected.connect(self._session.cancel_opening)
+        dialog.rejected.connect(lambda: self._session.decline_opening(path))
         self.show(dialog)
 
     def _on_session_recovery_requested(self, recoveries: tuple[Recovery, ...]) -> None:

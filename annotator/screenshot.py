@@ -68,12 +68,12 @@ class Photographer:
 
     def _on_session_spacing_requested(self, volume: Volume, _offered_um: object) -> None:
         self._window.status.say_spacing_is_unknown()
-        self._session.provide_spacing(SpacingAnswer(_UNIT_UM, volume.depth_axis, "once"))
+        self._session.provide_spacing(volume.path, SpacingAnswer(_UNIT_UM, volume.depth_axis, "once"))
 
     def _on_session_dataset_requested(self, path: Path, choices: tuple[DatasetChoice, ...]) -> None:
         largest = max(choices, key=lambda choice: choice.shape[0] * choice.shape[1] * choice.shape[2])
         _say(f"{path}: several arrays; this is {largest.name!r}, the largest.")
-        self._session.provide_dataset(largest.name)
+        self._session.provide_dataset(path, largest.name)
 
     def _on_session_error_raised(self, error: UserError) -> None:
         _say(str(error))

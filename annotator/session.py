@@ -12,13 +12,14 @@ from annotations.documents.recovery import Recovery, discard, find_recoveries
 from annotations.durable_files import SaveError
 from annotations.geometry.frames import vector
 from annotator.document_file import DocumentFile
-from annotator.opening import Opened
+from annotator.jobs import Job
+from annotator.opening import Opened, OpeningRequest
 from annotator.session_editing import SessionEditing
 from annotator.session_options import SessionOptions
 from annotator.spacing_answer import SpacingAnswer
 from annotator.view import View
 from annotator.volume_opener import VolumeOpener
-from annotator.worklist import Worklist, item_of_document, read_worklist
+from annotator.worklist import WorkItem, Worklist, item_of_document, read_worklist
 
 
 class Session(SessionEditing):
@@ -26,12 +27,11 @@ class Session(SessionEditing):
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
         super().__init__(options, parent)
-        self._recovering: Recovery | None = None
-        self._save_failed = False
+        self._autosave_failed = False
+        self._looking: Job | None = None
         self._autosave.save_requested.connect(self._on_autosave_save_requested)
         self._opener = VolumeOpener(
             self.jobs,
-            lambda: self.annotator_name,
             options.spacing_override_um,
             options.remembered_spacing,
             options.remember_spacing,
@@ -39,6 +39,7 @@ class Session(SessionEditing):
         )
         self._opener.opened.connect(self._on_opener_opened)
         self._opener.failed.connect(self._on_opener_failed)
+        self._opener.cancelled.connect(self._on_opener_cancelled)
         self._opener.spacing_requested.connect(self.spacing_requested)
         self._opener.dataset_requested.connect(self.dataset_requested)
 
@@ -46,8 +47,11 @@ class Session(SessionEditing):
 
     def open_path(self, path: Path) -> None:
         """Open a study, an annotation, a folder of volumes or a volume; errors come as ``error_raised``."""
-        annotator = self.annotator_name
-        self.jobs.start(
+        annotator = self._options.annotator_name
+        if self._looking is not None:
+            # The last wish counts, not the slowest folder.
+            self.jobs.cancel(self._looking)
+        self._looking = self.jobs.start(
             f"Looking at {path.name}",
             lambda _progress, _cancelled: read_worklist(path, annotator),
             done=self._on_worklist_read,
@@ -58,7 +62,7 @@ class Session(SessionEditing):
         """Save what is open and open another item."""
         if self.close_volume():
             self._set_worklist(self._worklist, index)
-            self._opener.open(self.items[index], self.tool_name, self._tool_folders())
+            self._opener.open(self._request(self.items[index]))
 
     def next_volume(self) -> None:
         """Open the next item."""
@@ -68,19 +72,18 @@ class Session(SessionEditing):
         """Open the previous item."""
         self._step(-1)
 
-    def provide_dataset(self, name: str) -> None:
-        """Answer ``dataset_requested``."""
-        self._opener.provide_dataset(name)
+    def provide_dataset(self, path: Path, name: str) -> None:
+        """Answer ``dataset_requested`` for a file; ignored if another is being opened by now."""
+        self._opener.provide_dataset(path, name)
 
-    def provide_spacing(self, answer: SpacingAnswer) -> None:
-        """Answer ``spacing_requested``."""
-        self._opener.provide_spacing(answer)
+    def provide_spacing(self, path: Path, answer: SpacingAnswer) -> None:
+        """Answer ``spacing_requested`` for a file; ignored if another is being opened by now."""
+        self._opener.provide_spacing(path, answer)
 
-    def cancel_opening(self) -> None:
-        """Open nothing after all."""
-        self._opener.cancel()
-        self._recovering = None
-        self._set_worklist(self._worklist, None)
+    def decline_opening(self, path: Path) -> None:
+        """Answer either question with no: the volume is not opened."""
+        if self._opener.decline(path):
+            self._set_worklist(self._worklist, None)
 
     def choose_tool(self, name: str) -> None:
         """Use another tool for new documents, and for the open one if nothing is placed in it yet."""
@@ -98,8 +101,12 @@ class Session(SessionEditing):
             self.open_item(index)
 
     def set_annotator_name(self, name: str) -> None:
-        """Annotate as another person from the next opening on."""
+        """Annotate as another person: what is open is saved, and the list is read anew for that person."""
+        if name == self._options.annotator_name:
+            return
         self._options = replace(self._options, annotator_name=name)
+        if self.items and self.close_volume():
+            self.open_path(self._worklist.path)
 
     def set_autosave(self, seconds: float) -> None:
         """Change how soon an edit is written to the annotation's file; 0 leaves saving to the person."""
@@ -107,6 +114,7 @@ class Session(SessionEditing):
 
     def close_volume(self) -> bool:
         """Save and close what is open; False if it could not be saved, and then it stays open."""
+        self.settle_typing()
         if self.unsaved and not self.save():
             return False
         self.abandon()
@@ -117,11 +125,11 @@ class Session(SessionEditing):
         self._opener.cancel()
         self._levels.cancel()
         self._refiner.cancel()
-        if self._opened is None:
-            return
-        if self._file is not None:
-            self._file.close(nothing_left=not self.unsaved)
-        self._install(None)
+        if self._opened is not None:
+            self._close_file(nothing_left=not self.unsaved)
+            self._install(None)
+        if self._current_index is not None:
+            self._set_worklist(self._worklist, None)
 
     def shut_down(self) -> None:
         """End all background work; call it last."""
@@ -145,16 +153,16 @@ class Session(SessionEditing):
         """Open the document of a recovery, with its unsaved edits as one edit that can be undone."""
         if not self.close_volume():
             return
-        item = item_of_document(recovery.document, recovery.annotation_path)
-        self._recovering = recovery
-        known = [
-            index for index, other in enumerate(self.items) if other.annotation_path == item.annotation_path
-        ]
-        if known:
-            self._set_worklist(self._worklist.with_item(known[0], item), known[0])
+        path = recovery.annotation_path
+        paths = [item.annotation_path for item in self.items]
+        if path in paths:
+            self._set_worklist(self._worklist, paths.index(path))
         else:
-            self._set_worklist(Worklist(item.label, recovery.annotation_path.parent, (item,)), 0)
-        self._opener.open(item, recovery.document.tool, self._tool_folders())
+            item = item_of_document(recovery.document, path)
+            alone = Worklist(path, item.label, path.parent, (item,), recovery.document.annotator)
+            self._set_worklist(alone, 0)
+        request = self._request(self.items[paths.index(path) if path in paths else 0])
+        self._opener.open(replace(request, recovery=recovery))
 
     def discard_recovery(self, recovery: Recovery) -> None:
         """Delete what a dead program left behind."""
@@ -167,15 +175,13 @@ class Session(SessionEditing):
         return self._save(overwrite=overwrite, path=None)
 
     def save_as(self, path: Path) -> bool:
-        """Write the document to another file, which is its own from then on."""
+        """Write the document to another file, which is its own from then on; False as for `save`."""
         return self._save(overwrite=True, path=path)
 
     def reload(self) -> None:
-        """Read the document from its file again; unsaved edits are given up."""
-        if self._current_index is not None and self._file is not None:
-            self.undo_stack.setClean()
-            self.abandon()
-            self._opener.open(self.items[self._current_index], self.tool_name, self._tool_folders())
+        """Read the document from its file again, and give up the unsaved edits once that has succeeded."""
+        if self._current_index is not None:
+            self._opener.open(self._request(self.items[self._current_index]))
 
     def set_status(self, status: Status) -> None:
         """Mark the document as done, which saves it, or as in progress."""
@@ -184,25 +190,37 @@ class Session(SessionEditing):
             self.save()
 
     def _save(self, *, overwrite: bool, path: Path | None) -> bool:
-        if self._document is None or self._file is None:
-            return True
         try:
-            self._file.save(self._document, overwrite=overwrite, path=path)
+            self._write(overwrite=overwrite, path=path)
         except ChangedOnDisk as error:
             self.overwrite_requested.emit(str(error))
             return False
         except SaveError as error:
-            # Said once, not at every attempt of the timer.
-            if not self._save_failed:
-                self.error_raised.emit(error)
-            self._save_failed = True
+            self.error_raised.emit(error)
             return False
-        self._save_failed = False
+        return True
+
+    def _write(self, *, overwrite: bool, path: Path | None) -> None:
+        self.settle_typing()
+        if self._document is None or self._file is None:
+            return
+        self._file.save(self._document, overwrite=overwrite, path=path)
+        self._autosave_failed = False
         self._autosave.watch(self._file)
         self.undo_stack.setClean()
         self._refresh_item()
         self.save_state_changed.emit()
-        return True
+
+    def _close_file(self, *, nothing_left: bool) -> None:
+        if self._file is not None:
+            try:
+                self._file.close(nothing_left=nothing_left)
+            except SaveError as error:
+                # A journal that cannot be deleted is offered again; it must not keep the document open.
+                self.error_raised.emit(error)
+
+    def _request(self, item: WorkItem) -> OpeningRequest:
+        return OpeningRequest(item, self.annotator_name, self.tool_name, self._tool_folders())
 
     def _step(self, by: int) -> None:
         index = (self._current_index if self._current_index is not None else -by) + by
@@ -215,7 +233,7 @@ class Session(SessionEditing):
         """Make another volume, or none, the open one; every property has changed when the signals come."""
         before_view, before_document = self._view, self._document
         self._averaged = self._detail = None
-        self._save_failed = False
+        self._autosave_failed = False
         self._opened = opened
         self._file = None
         if opened is None:
@@ -263,6 +281,7 @@ class Session(SessionEditing):
             self.recovery_requested.emit(recoveries)
 
     def _on_worklist_read(self, worklist: Worklist) -> None:
+        self._looking = None
         if not self.close_volume():
             return
         self._set_worklist(worklist, None)
@@ -270,26 +289,53 @@ class Session(SessionEditing):
             self.open_item(worklist.first)
 
     def _on_opener_opened(self, opened: Opened) -> None:
+        # Something is open still where a document was to be read again: only now its edits are given up.
+        self._close_file(nothing_left=True)
         try:
             self._install(opened)
         except SaveError as error:
             self._opened = None
             self._install(None)
+            self._set_worklist(self._worklist, None)
             self.error_raised.emit(error)
             return
         self._levels.load_averaged(opened.found.volume, opened.spacing_um)
         for warning in opened.warnings:
             self.error_raised.emit(warning)
-        if (recovery := self._recovering) is not None:
-            self._recovering = None
-            self._edit("Recover unsaved edits", lambda _document: recovery.document)
+        if (recovery := opened.found.request.recovery) is not None:
+            self._go_on_from(recovery)
+
+    def _go_on_from(self, recovery: Recovery) -> None:
+        self._edit("Recover unsaved edits", lambda _document: recovery.document)
+        try:
+            if self._file is not None:
+                self._file.record(recovery.document)
             discard(recovery.journal_path)
+        except SaveError as error:
+            # The old journal stays where the new one could not take over.
+            self.error_raised.emit(error)
 
     def _on_opener_failed(self, error: Exception) -> None:
-        self._recovering = None
-        self._set_worklist(self._worklist, None)
+        if self._opened is None:
+            self._set_worklist(self._worklist, None)
         self._raise_error(error)
 
+    def _on_opener_cancelled(self) -> None:
+        if self._opened is None:
+            self._set_worklist(self._worklist, None)
+
     def _on_autosave_save_requested(self) -> None:
-        if self.unsaved:
-            self.save()
+        if not self.unsaved:
+            return
+        try:
+            self._write(overwrite=False, path=None)
+        except ChangedOnDisk as error:
+            self.overwrite_requested.emit(str(error))
+        except SaveError as error:
+            # A dialog once; a full disk would bring it again and again.
+            if self._autosave_failed:
+                self.message_posted.emit(str(error))
+            else:
+                self.error_raised.emit(error)
+            self._autosave_failed = True
+            self._autosave.try_again()

@@ -85,6 +85,12 @@ class SessionEditing(SessionState):
         if (preview := self._view.preview) is not None:
             self.place(preview.position_um, preview.source, preview.keypoint)
 
+    def settle_typing(self) -> None:
+        """Put a position that is being typed into the document: who saves or leaves meant it."""
+        preview = self._view.preview
+        if preview is not None and preview.source == "typed":
+            self.type_position(preview.keypoint, preview.position_um)
+
     def drop_preview(self) -> None:
         """Forget the previewed position; nothing has changed."""
         self.look(preview=None)

@@ -57,7 +57,7 @@ class SessionState(QObject):
     error_raised : UserError
         For a dialog.
     spacing_requested, dataset_requested
-        See `VolumeOpener`; answer with `provide_spacing`, `provide_dataset` or `cancel_opening`.
+        See `VolumeOpener`; answer with `provide_spacing`, `provide_dataset` or `decline_opening`.
     recovery_requested : tuple of Recovery
         Left by a program that died: answer each with `recover` or `discard_recovery`.
     overwrite_requested : str
@@ -80,7 +80,7 @@ class SessionState(QObject):
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._options = options
-        self._worklist = Worklist("", Path(), ())
+        self._worklist = Worklist(Path(), "", Path(), (), options.annotator_name)
         self._current_index: int | None = None
         self._opened: Opened | None = None
         self._document: Annotation | None = None
@@ -97,7 +97,8 @@ class SessionState(QObject):
         self._levels = LevelLoader(self.jobs, cache, self)
         self._levels.averaged_loaded.connect(self._on_levels_averaged_loaded)
         self._levels.detail_loaded.connect(self._on_levels_detail_loaded)
-        self._levels.failed.connect(self._raise_error)
+        self._levels.averaged_failed.connect(self._raise_error)
+        self._levels.detail_failed.connect(self._on_levels_detail_failed)
 
     # What is open
 
@@ -158,8 +159,8 @@ class SessionState(QObject):
 
     @property
     def annotator_name(self) -> str:
-        """Whose annotations are made."""
-        return self._options.annotator_name
+        """Whose annotations the items' files are."""
+        return self._worklist.annotator
 
     @property
     def tool_name(self) -> str:
@@ -208,7 +209,7 @@ class SessionState(QObject):
         if before.detail != wanted.detail:
             self._detail = None
             self.levels_changed.emit()
-        if wanted.detail and (self._detail is None or before.active_keypoint != wanted.active_keypoint):
+        if wanted.detail and (before.detail, before.active_keypoint) != (True, wanted.active_keypoint):
             self._load_detail()
 
     def _tool_folders(self) -> tuple[Path, ...]:
@@ -277,6 +278,10 @@ class SessionState(QObject):
         if self._view.detail:
             self._detail = level
             self.levels_changed.emit()
+
+    def _on_levels_detail_failed(self, error: Exception) -> None:
+        self.look(detail=False)
+        self._raise_error(error)
 
     def _on_undo_stack_clean_changed(self, _clean: bool) -> None:
         self.save_state_changed.emit()

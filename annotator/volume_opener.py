@@ -1,6 +1,7 @@
 """Opens volumes in the background, and stops to ask where only a person knows."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -10,9 +11,8 @@ from annotations.geometry.frames import Vector
 from annotations.volumes import DatasetChoiceNeeded, offered_spacing_um, write_folder_answer, write_sidecar
 from annotator import opening
 from annotator.jobs import Job, Jobs
-from annotator.opening import Found, Opened
+from annotator.opening import Found, Opened, OpeningRequest
 from annotator.spacing_answer import SpacingAnswer
-from annotator.worklist import WorkItem
 
 
 class VolumeOpener(QObject):
@@ -22,10 +22,14 @@ class VolumeOpener(QObject):
     -------
     opened : Opened
     failed : Exception
+    cancelled
+        A person cancelled the job.
     spacing_requested : Volume, (float, float, float)
-        Nothing says the spacing: answer with `provide_spacing` or `cancel`.
+        Nothing says the spacing: answer with `provide_spacing` or `decline`.
     dataset_requested : Path, tuple of DatasetChoice
-        The file holds several arrays: answer with `provide_dataset` or `cancel`.
+        The file holds several arrays: answer with `provide_dataset` or `decline`.
+
+    Answers name the volume's path: one for an opening that was superseded meanwhile is ignored.
 
     Parameters
     ----------
@@ -37,13 +41,13 @@ class VolumeOpener(QObject):
 
     opened = Signal(object)
     failed = Signal(object)
+    cancelled = Signal()
     spacing_requested = Signal(object, object)
     dataset_requested = Signal(object, object)
 
     def __init__(
         self,
         jobs: Jobs,
-        annotator_name: Callable[[], str],
         spacing_override_um: Vector | None,
         remembered_spacing: Callable[[str], SpacingAnswer | None],
         remember_spacing: Callable[[str, SpacingAnswer], None],
@@ -51,39 +55,35 @@ class VolumeOpener(QObject):
     ) -> None:
         super().__init__(parent)
         self._jobs = jobs
-        self._annotator_name = annotator_name
         self._spacing_override_um = spacing_override_um
         self._remembered_spacing = remembered_spacing
         self._remember_spacing = remember_spacing
         self._job: Job | None = None
-        self._request: tuple[WorkItem, str, tuple[Path, ...]] | None = None
+        self._request: OpeningRequest | None = None
         self._found: Found | None = None
 
-    def open(
-        self, item: WorkItem, tool_name: str, tool_folders: tuple[Path, ...], dataset: str | None = None
-    ) -> None:
-        """Begin to open an item; ``opened`` or ``failed`` follows, or a request."""
+    def open(self, request: OpeningRequest) -> None:
+        """Begin to open an item; ``opened`` or ``failed`` follows, or a question."""
         self.cancel()
-        self._request = (item, tool_name, tool_folders)
+        self._request = request
         self._job = self._jobs.start(
-            f"Opening {item.label}",
-            lambda _progress, _cancelled: opening.find(item, dataset, tool_name, tool_folders),
+            f"Opening {request.item.label}",
+            lambda _progress, _cancelled: opening.find(request),
             done=self._on_job_found,
             failed=self._on_job_failed,
+            cancelled=self._on_job_cancelled,
         )
 
-    def provide_dataset(self, name: str) -> None:
+    def provide_dataset(self, path: Path, name: str) -> None:
         """Answer ``dataset_requested``."""
-        if self._request is not None:
-            item, tool_name, tool_folders = self._request
-            self.open(item, tool_name, tool_folders, name)
+        if self._request is not None and self._request.item.volume_path == path:
+            self.open(replace(self._request, dataset=name))
 
-    def provide_spacing(self, answer: SpacingAnswer) -> None:
+    def provide_spacing(self, path: Path, answer: SpacingAnswer) -> None:
         """Answer ``spacing_requested``; remembered beside the volume, or else by its fingerprint."""
-        if self._found is None:
+        if self._found is None or self._found.volume.path != path:
             return
         found = opening.with_depth_axis(self._found, answer.depth_axis)
-        path = found.volume.path
         try:
             if answer.scope == "file":
                 write_sidecar(path, answer.spacing_um, answer.depth_axis)
@@ -93,19 +93,26 @@ class VolumeOpener(QObject):
             self._remember_spacing(found.fingerprint, answer)
         self._prepare(found, answer.spacing_um, "as answered")
 
+    def decline(self, path: Path) -> bool:
+        """Answer a question with no; False if it was about an opening that was superseded."""
+        if self._request is None or self._request.item.volume_path != path:
+            return False
+        self.cancel()
+        return True
+
     def cancel(self) -> None:
         """Open nothing after all."""
-        if self._job is not None:
-            self._jobs.cancel(self._job)
-        self._job = self._request = self._found = None
+        job, self._job, self._request, self._found = self._job, None, None, None
+        if job is not None:
+            self._jobs.cancel(job)
 
     def _prepare(self, found: Found, spacing_um: Vector, note: str) -> None:
-        annotator = self._annotator_name()
         self._job = self._jobs.start(
             f"Reading {found.item.label}",
-            lambda _progress, _cancelled: opening.prepare(found, spacing_um, note, annotator),
+            lambda _progress, _cancelled: opening.prepare(found, spacing_um, note),
             done=self._on_job_prepared,
             failed=self._on_job_failed,
+            cancelled=self._on_job_cancelled,
         )
 
     def _on_job_found(self, found: Found) -> None:
@@ -122,7 +129,13 @@ class VolumeOpener(QObject):
 
     def _on_job_failed(self, error: Exception) -> None:
         if isinstance(error, DatasetChoiceNeeded) and self._request is not None:
-            self.dataset_requested.emit(self._request[0].volume_path, error.choices)
+            self.dataset_requested.emit(self._request.item.volume_path, error.choices)
             return
         self._job = self._request = self._found = None
         self.failed.emit(error)
+
+    def _on_job_cancelled(self) -> None:
+        # By a person: where another opening takes the place of one, that is no end.
+        if self._job is not None and self._job.state == "cancelled":
+            self._job = self._request = self._found = None
+            self.cancelled.emit()

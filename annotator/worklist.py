@@ -49,16 +49,22 @@ class Worklist:
 
     Attributes
     ----------
+    path : Path
+        What was asked for.
     title : str
+    annotator : str
+        Whose annotations the items' files are.
     tool_name : str or None
         The study's tool; None where the annotator chooses.
     folder : Path
         The study's folder or the folder of the volumes; its ``tools`` are looked into first.
     """
 
+    path: Path
     title: str
     folder: Path
     items: tuple[WorkItem, ...]
+    annotator: str
     first: int = 0
     tool_name: str | None = None
 
@@ -75,7 +81,17 @@ def read_worklist(path: Path, annotator: str) -> Worklist:
     UserError
         The path is absent, or holds nothing that can be annotated.
     """
-    path = path.absolute()
+    try:
+        return _read(path.absolute(), annotator)
+    except OSError as error:
+        raise UserError(
+            f"it could not be read ({error.strerror or error})",
+            where=error.filename or path,
+            remedy="Check that you may read it",
+        ) from error
+
+
+def _read(path: Path, annotator: str) -> Worklist:
     if path.name == STUDY_FILE:
         path = path.parent
     if path.suffix == ".json" and path.is_file():
@@ -90,13 +106,11 @@ def read_worklist(path: Path, annotator: str) -> Worklist:
                 where=path,
                 remedy="Choose a folder with .npy, .npz, .h5, .tif or .zarr files, or a study",
             )
-        return _of_files(path, volumes, annotator, first=0)
+        return _of_files(path, volumes, annotator)
     if not path.exists():
         raise UserError("there is no such file or folder", where=path, remedy="Check its name")
     siblings = volume_paths(path.parent)
-    if path not in siblings:
-        siblings = [path]
-    return _of_files(path.parent, siblings, annotator, first=siblings.index(path))
+    return _of_files(path, siblings if path in siblings else [path], annotator)
 
 
 def item_of_document(document: Annotation, path: Path) -> WorkItem:
@@ -121,7 +135,8 @@ def file_annotation_path(volume_path: Path, annotator: str, dataset: str | None 
 
 def _of_annotation(path: Path) -> Worklist:
     document, _ = load_annotation(path)
-    return Worklist(title=path.name, folder=path.parent, items=(item_of_document(document, path),))
+    item = item_of_document(document, path)
+    return Worklist(path, path.name, path.parent, (item,), document.annotator)
 
 
 def _of_study(folder: Path, annotator: str) -> Worklist:
@@ -136,15 +151,18 @@ def _of_study(folder: Path, annotator: str) -> Worklist:
         )
         for volume in study.volumes
     ]
-    return Worklist(study.title, folder, _with_status(items), tool_name=study.tool)
+    return Worklist(folder, study.title, folder, _with_status(items), annotator, tool_name=study.tool)
 
 
-def _of_files(folder: Path, volumes: Sequence[Path], annotator: str, *, first: int) -> Worklist:
+def _of_files(path: Path, volumes: Sequence[Path], annotator: str) -> Worklist:
+    """Return the volumes of a folder; ``path`` is the folder, or the volume in it to begin with."""
+    folder = volumes[0].parent
+    first = volumes.index(path) if path in volumes else 0
     items = [
         WorkItem(label=path.name, volume_path=path, annotation_path=file_annotation_path(path, annotator))
         for path in volumes
     ]
-    return Worklist(folder.name, folder, _with_status(items), first=first)
+    return Worklist(path, folder.name, folder, _with_status(items), annotator, first=first)
 
 
 def _with_status(items: Sequence[WorkItem]) -> tuple[WorkItem, ...]:
@@ -153,7 +171,6 @@ def _with_status(items: Sequence[WorkItem]) -> tuple[WorkItem, ...]:
 
 def _status(path: Path) -> ItemStatus:
     # A file that cannot be read is reported when it is opened, not by a list of hundreds.
-    if path.exists():
-        with contextlib.suppress(UserError):
-            return load_annotation(path)[0].status
+    with contextlib.suppress(UserError):
+        return load_annotation(path)[0].status
     return "new"

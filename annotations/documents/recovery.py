@@ -6,6 +6,7 @@ enough to recover. A journal is locked by its writer; one that is not locked was
 """
 
 import contextlib
+import errno
 import json
 import logging
 import os
@@ -106,6 +107,7 @@ class RecoveryJournal:
         """
         line = json.dumps({"document": document.model_dump(mode="json", exclude_none=True)})
         with _failures_named(self.path):
+            self._refuse_if_closed()
             self._append(line)
         self._unsynced = True
 
@@ -113,6 +115,7 @@ class RecoveryJournal:
         """Bring what was recorded to the disk itself, so that a power cut loses nothing either."""
         if self._unsynced:
             with _failures_named(self.path):
+                self._refuse_if_closed()
                 os.fsync(self._descriptor)
             self._unsynced = False
 
@@ -120,6 +123,7 @@ class RecoveryJournal:
         """Forget the edits: they are saved, and the document's file is what ``expected`` says."""
         self._header = _header(annotation_path, expected)
         with _failures_named(self.path):
+            self._refuse_if_closed()
             os.ftruncate(self._descriptor, 0)
         self._torn = False
         self._unsynced = True
@@ -133,12 +137,17 @@ class RecoveryJournal:
         """Close the journal and leave it on disk, to be offered at the next start; again does nothing."""
         if self._closed:
             return
-        self._closed = True
         try:
             self.sync()
         finally:
+            self._closed = True
             os.close(self._descriptor)
             self._lock.release()
+
+    def _refuse_if_closed(self) -> None:
+        # The system gives a closed file's number to the next one: that is somebody else's.
+        if self._closed:
+            raise OSError(errno.EBADF, "it is closed")
 
     def _append(self, line: str) -> None:
         begin = os.fstat(self._descriptor).st_size

@@ -132,10 +132,8 @@ class PositionEditor(QWidget):
 
     def _keep(self) -> None:
         self._rest.stop()
-        preview = self._session.view.preview
-        if preview is not None and preview.source == "typed":
-            # Not `keep_preview`: that is for clicks, and goes on to the next keypoint, as typing should not.
-            self._session.type_position(preview.keypoint, preview.position_um)
+        # Not `keep_preview`: that is for clicks, and goes on to the next keypoint, as typing should not.
+        self._session.settle_typing()
 
     def _shown_um(self) -> Vector | None:
         """Where the active keypoint is; where the slices meet, as an offer, if it is not placed."""

@@ -9,8 +9,10 @@ from typing import Any
 import pytest
 from pytestqt.qtbot import QtBot
 
+from annotations import durable_files
 from annotations.documents import recovery as recovery_module
 from annotations.documents.files import load_annotation
+from annotator import autosave
 from annotator.autosave import SYNC_MS
 from annotator.session import Session
 from annotator.session_options import SessionOptions
@@ -68,7 +70,7 @@ def test_the_file_is_written_some_time_after_the_first_edit(
     session.shut_down()
 
 
-def test_a_full_disk_is_said_once_and_nothing_is_lost(
+def test_a_full_disk_is_said_and_nothing_is_lost(
     qtbot: QtBot, session: Session, options: SessionOptions, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session.place((1.0, 2.0, 3.0))
@@ -81,13 +83,11 @@ def test_a_full_disk_is_said_once_and_nothing_is_lost(
     def fail(*_arguments: Any, **_more: Any) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    import annotations.durable_files as durable_files
-
     monkeypatch.setattr(durable_files.os, "replace", fail)
     session.place((4.0, 5.0, 6.0))
     assert not session.save()
-    assert not session.save()
-    assert len(errors) == 1
+    assert not session.save_as(options.recovery_folder / "elsewhere.json")
+    assert len(errors) == 2, "a person who asked to save is answered each time"
     assert "No space left" in str(errors[0])
     assert session.unsaved
     assert session.annotation_path.read_bytes() == saved
@@ -95,6 +95,44 @@ def test_a_full_disk_is_said_once_and_nothing_is_lost(
     monkeypatch.undo()
     assert session.save()
     assert load_annotation(session.annotation_path)[0].positions_um["k1"] == (4.0, 5.0, 6.0)
+
+
+def test_the_timer_says_a_full_disk_once_and_tries_again(
+    qtbot: QtBot, options: SessionOptions, volume_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(autosave, "_RETRY_MS", 20)
+    session = Session(replace(options, autosave_s=0.02))
+    with qtbot.waitSignal(session.volume_changed, check_params_cb=lambda: session.volume is not None):
+        session.open_path(volume_path)
+    errors: list[Exception] = []
+    messages: list[str] = []
+    session.error_raised.connect(errors.append)
+    session.message_posted.connect(messages.append)
+
+    def fail(*_arguments: Any, **_more: Any) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as full_disk:
+        full_disk.setattr(durable_files.os, "replace", fail)
+        session.place((1.0, 2.0, 3.0))
+        qtbot.waitUntil(lambda: len(messages) >= 2)
+        assert len(errors) == 1
+        assert session.unsaved
+    qtbot.waitUntil(lambda: not session.unsaved)
+    session.shut_down()
+
+
+def test_a_journal_that_cannot_be_closed_keeps_nothing_open(
+    qtbot: QtBot, session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_arguments: Any, **_more: Any) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "unlink", fail)
+    with qtbot.waitSignal(session.error_raised):
+        assert session.close_volume()
+    assert session.document is None
+    assert session.current_index is None
 
 
 def test_a_journal_that_cannot_be_written_is_said_and_the_edit_stands(

@@ -46,7 +46,7 @@ def test_an_unknown_spacing_is_asked_once_and_remembered(
     assert offered_um == (15.9, 13.5, 9.4)
     assert empty_session.volume is None
     with qtbot.waitSignal(empty_session.volume_changed):
-        empty_session.provide_spacing(SpacingAnswer((10.0, 20.0, 30.0)))
+        empty_session.provide_spacing(bare_volume, SpacingAnswer((10.0, 20.0, 30.0)))
     assert empty_session.spacing_um == (10.0, 20.0, 30.0)
     sidecar = read_sidecar(bare_volume)
     assert sidecar is not None
@@ -80,7 +80,7 @@ def test_an_answer_is_kept_elsewhere_where_the_folder_is_read_only(
     with qtbot.waitSignal(session.spacing_requested):
         session.open_path(bare_volume)
     with qtbot.waitSignal(session.volume_changed):
-        session.provide_spacing(SpacingAnswer((10.0, 20.0, 30.0), 1))
+        session.provide_spacing(bare_volume, SpacingAnswer((10.0, 20.0, 30.0), 1))
     assert list(answers.values()) == [SpacingAnswer((10.0, 20.0, 30.0), 1)]
     assert not sidecar_path(bare_volume).exists()
     with qtbot.assertNotEmitted(session.spacing_requested):
@@ -98,7 +98,7 @@ def test_one_answer_holds_for_the_whole_folder(
     with qtbot.waitSignal(empty_session.spacing_requested):
         empty_session.open_path(bare_volume)
     with qtbot.waitSignal(empty_session.volume_changed):
-        empty_session.provide_spacing(SpacingAnswer((10.0, 20.0, 30.0), 0, "folder"))
+        empty_session.provide_spacing(bare_volume, SpacingAnswer((10.0, 20.0, 30.0), 0, "folder"))
     with qtbot.assertNotEmitted(empty_session.spacing_requested):
         open_and_wait(qtbot, empty_session, bare_volume.with_name("other.npy"))
     assert empty_session.spacing_um == (10.0, 20.0, 30.0)
@@ -110,8 +110,8 @@ def test_one_answer_holds_for_the_whole_folder(
 def test_declining_to_answer_opens_nothing(qtbot: QtBot, empty_session: Session, bare_volume: Path) -> None:
     with qtbot.waitSignal(empty_session.spacing_requested):
         empty_session.open_path(bare_volume)
-    empty_session.cancel_opening()
-    empty_session.provide_spacing(SpacingAnswer((1.0, 1.0, 1.0)))
+    empty_session.decline_opening(bare_volume)
+    empty_session.provide_spacing(bare_volume, SpacingAnswer((1.0, 1.0, 1.0)))
     qtbot.waitUntil(lambda: not empty_session.jobs.running)
     assert empty_session.volume is None
     assert empty_session.current_index is None
@@ -128,7 +128,7 @@ def test_one_of_several_datasets_is_chosen(qtbot: QtBot, empty_session: Session,
         empty_session.open_path(path)
     assert [choice.name.strip("/") for choice in asked.args[1]] == ["left", "right"]
     with qtbot.waitSignal(empty_session.volume_changed):
-        empty_session.provide_dataset(asked.args[1][1].name)
+        empty_session.provide_dataset(path, asked.args[1][1].name)
     assert empty_session.volume is not None
     assert empty_session.volume.read((slice(0, 1),) * 3).item() == 5
     assert empty_session.document is not None
