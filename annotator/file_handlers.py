@@ -45,8 +45,8 @@ class FileHandlers:
             "recover": self._recover,
             "close_volume": lambda: self._questions.leave(self._session.close_volume, _LEAVING),
             "quit": self._window.close,
-            "previous_volume": lambda: self._questions.leave(self._session.previous_volume, _LEAVING),
-            "next_volume": lambda: self._questions.leave(self._session.next_volume, _LEAVING),
+            "previous_volume": lambda: self._go(-1),
+            "next_volume": lambda: self._go(1),
             "cancel_jobs": self._cancel_jobs,
         }
 
@@ -86,6 +86,12 @@ class FileHandlers:
     def _start_folder(self) -> str:
         recent = self._settings.recent_paths
         return str(recent[0].parent) if recent else ""
+
+    def _go(self, by: int) -> None:
+        index = self._session.current_index
+        # Kept, because a document that is left unsaved is no longer the current one.
+        following = 0 if index is None else index + by
+        self._questions.leave(lambda: self._session.open_item(following), _LEAVING)
 
     def _recent(self, number: int) -> Callable[[], None]:
         def open_recent() -> None:

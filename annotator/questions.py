@@ -84,7 +84,7 @@ class Questions(QObject):
         if problem is None:
             then()
         elif self._is_changed_on_disk:
-            self._ask_which_version(problem, then)
+            self._ask_which_version(problem, then, leaving)
         else:
             self._ask_after_failure(problem, then, leaving)
 
@@ -101,6 +101,7 @@ class Questions(QObject):
 
     def _save(self) -> str | None:
         """Save, and return why that failed; None if all is saved."""
+        self._session.settle_typing()
         if not self._session.unsaved:
             return None
         self._problems, self._is_changed_on_disk = [], False
@@ -128,12 +129,15 @@ class Questions(QObject):
         dialog.accepted.connect(on_dialog_accepted)
         self.show(dialog)
 
-    def _ask_which_version(self, problem: str, then: Callable[[], object]) -> None:
+    def _ask_which_version(self, problem: str, then: Callable[[], object], leaving: str) -> None:
         dialog = OverwriteDialog(problem, self._session.annotation_path, self._window)
 
         def on_dialog_accepted() -> None:
             if dialog.choice == "reload":
-                self._session.reload()
+                if leaving == _GO_ON:
+                    self._session.reload()
+                else:
+                    self._session.abandon()
                 then()
             elif dialog.choice == "overwrite":
                 if self._session.save(overwrite=True):
@@ -200,7 +204,7 @@ class Questions(QObject):
             self._problems.append(problem)
             self._is_changed_on_disk = True
         elif not isinstance(self._shown, OverwriteDialog):
-            self._ask_which_version(problem, lambda: None)
+            self._ask_which_version(problem, lambda: None, _GO_ON)
 
     def _on_session_error_raised(self, error: UserError) -> None:
         if self._problems is not None and isinstance(error, SaveError):

@@ -48,7 +48,7 @@ def test_theme_is_chosen_and_remembered(window, settings):
     assert Settings(settings.path).theme == "light"
 
 
-def test_settings_are_changed_in_a_dialog(person, session, settings):
+def test_settings_are_changed_in_a_dialog(qtbot, person, session, settings):
     person.press(Qt.Key.Key_Comma, CONTROL)
     dialog = person.dialog(SettingsDialog)
     name = dialog.findChild(QLineEdit, "settings_annotator_name")
@@ -57,7 +57,7 @@ def test_settings_are_changed_in_a_dialog(person, session, settings):
     person.click(dialog, "settings_ok")
     assert settings.annotator_name == "berta"
     assert settings.renderer == "software"
-    assert session.annotator_name == "berta"
+    qtbot.waitUntil(lambda: session.volume is not None and session.document.annotator == "berta")
 
 
 def test_sheet_lists_every_action(person):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QLabel
+from PySide6.QtWidgets import QAbstractSpinBox, QFileDialog, QLabel
 
 from annotations.documents.files import load_annotation
 from annotations.documents.recovery import find_recoveries
@@ -164,6 +164,29 @@ def test_their_version_can_be_taken(qtbot, person, session, changed_meanwhile):
     qtbot.waitUntil(lambda: session.document is not None and not session.jobs.running)
     assert session.document.keypoint("k0").certainty == "unsure"
     assert len(session.document.positions_um) == 1
+
+
+def test_taking_theirs_on_closing_leaves_ours_to_recovery(person, session, changed_meanwhile, options):
+    theirs = changed_meanwhile.read_text()
+    person.window.close()
+    person.click(person.dialog(OverwriteDialog), "overwrite_reload")
+    assert not person.window.isVisible()
+    assert changed_meanwhile.read_text() == theirs
+    (recovery,) = find_recoveries(options.recovery_folder)
+    assert len(recovery.document.positions_um) == 2
+
+
+def test_number_that_is_being_typed_is_saved_on_closing(person, session):
+    session.place(A_UM)
+    session.activate("k0")
+    path = session.annotation_path
+    box = person.window.findChild(QAbstractSpinBox, "position_x")
+    box.setFocus()
+    box.selectAll()
+    person.type_text("321")
+    person.window.close()
+    assert not person.window.isVisible()
+    assert load_annotation(path)[0].positions_um["k0"][0] == 321.0
 
 
 def test_closing_over_a_changed_file_asks_and_then_closes(person, session, changed_meanwhile):
