@@ -1,5 +1,7 @@
 """A person's choices: name, looks, renderer, saving."""
 
+from pathlib import Path
+
 from PySide6.QtCore import Slot
 from PySide6.QtWidgets import (
     QComboBox,
@@ -13,8 +15,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from annotations.documents.study import StudyError, annotation_path
 from annotator import theme
-from annotator.labels import WrappedText
+from annotator.labels import ElidedText, WrappedText
 from annotator.naming import named
 from annotator.settings import Settings
 
@@ -47,12 +50,13 @@ class SettingsDialog(QDialog):
         self._renderer = _choice("settings_renderer", _RENDERERS, settings.renderer)
         self._renderer.setToolTip("What draws the volume in 3D; used from the next start")
         self._autosave = named(QDoubleSpinBox(), "settings_autosave_seconds")
-        self._autosave.setRange(0.5, 3600)
+        self._autosave.setRange(0, 3600)
+        self._autosave.setSpecialValueText("Only when I save")
         self._autosave.setDecimals(1)
         self._autosave.setSuffix(" s after an edit")
         self._autosave.setToolTip(
             "How long after the last edit the annotation's file is written; "
-            "until then each edit is already in the recovery file"
+            "until then each edit is already in the recovery file. At 0 it is written only when you save"
         )
         self._autosave.setValue(settings.autosave_seconds)
         self._cache = named(QSpinBox(), "settings_cache_limit_mib")
@@ -88,9 +92,8 @@ class SettingsDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addWidget(self._problem)
-        layout.addWidget(
-            WrappedText(f"Kept in {settings.path.name}. Renderer and cache change at the next start.")
-        )
+        layout.addWidget(WrappedText("Renderer and cache change at the next start."))
+        layout.addWidget(ElidedText(f"Kept in {settings.path}", name="settings_path"))
         layout.addStretch(1)
         layout.addWidget(buttons)
         self._draw()
@@ -116,12 +119,21 @@ class SettingsDialog(QDialog):
         self._draw()
 
     def _draw(self) -> None:
-        nameless = not self._name.text().strip()
-        self._problem.setText(
-            "An annotation needs the name of its annotator: type yours." if nameless else ""
-        )
-        self._problem.setVisible(nameless)
-        self._ok.setEnabled(not nameless)
+        problem = _name_problem(self._name.text().strip())
+        self._problem.setText(problem)
+        self._problem.setVisible(bool(problem))
+        self._ok.setEnabled(not problem)
+
+
+def _name_problem(name: str) -> str:
+    """Say why nobody can annotate under a name; empty if somebody can."""
+    if not name:
+        return "An annotation needs the name of its annotator: type yours."
+    try:
+        annotation_path(Path(), name, "volume", "keypoints")
+    except StudyError as error:
+        return str(error)
+    return ""
 
 
 def _choice(name: str, entries: tuple[tuple[str, str], ...], chosen: str) -> QComboBox:

@@ -122,3 +122,29 @@ def test_every_field_has_an_accessible_name_and_a_tooltip(dialog: SettingsDialog
         field = find(dialog, kind, name)
         assert field.accessibleName()
         assert field.toolTip()
+
+
+@pytest.mark.parametrize("name", ["a/b", "a:b", "..", "anna."])
+def test_a_name_that_cannot_be_a_folders_is_refused_with_the_reason(
+    qtbot: QtBot, dialog: SettingsDialog, settings: Settings, name: str
+) -> None:
+    retype(qtbot, find(dialog, QLineEdit, "annotator_name"), name)
+    assert "also a folder's" in find(dialog, QLabel, "problem").text()
+    assert not find(dialog, QPushButton, "ok").isEnabled()
+    qtbot.keyClick(dialog, Qt.Key.Key_Return)
+    assert dialog.isVisible()
+    assert settings.annotator_name == "anna"
+
+
+def test_saving_can_be_left_to_the_person(qtbot: QtBot, settings: Settings) -> None:
+    settings.autosave_seconds = 0.0
+    dialog = SettingsDialog(settings)
+    qtbot.addWidget(dialog)
+    dialog.show()
+    assert find(dialog, QDoubleSpinBox, "autosave_seconds").text() == "Only when I save"
+    qtbot.mouseClick(find(dialog, QPushButton, "ok"), LEFT)
+    assert settings.autosave_seconds == 0.0
+
+
+def test_the_settings_file_is_named_with_its_folder(dialog: SettingsDialog, settings: Settings) -> None:
+    assert str(settings.path) in find(dialog, QLabel, "path").toolTip()
