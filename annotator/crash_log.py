@@ -46,7 +46,8 @@ class CrashLog(QObject):
         self.path = path
         self._seen: set[str] = set()
         self._logger = logging.getLogger("annotator")
-        self._logger.setLevel(logging.INFO)
+        # The library speaks under its own name.
+        self._heard = (self._logger, logging.getLogger("annotations"))
         self._handler = _handler(path)
         self._handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(threadName)s: %(message)s"))
         self._fault_stream: TextIO | None = None
@@ -56,7 +57,9 @@ class CrashLog(QObject):
 
     def start(self) -> None:
         """Begin to listen."""
-        self._logger.addHandler(self._handler)
+        for logger in self._heard:
+            logger.setLevel(logging.INFO)
+            logger.addHandler(self._handler)
         sys.excepthook = self._on_exception
         threading.excepthook = self._on_thread_exception
         self._old_message_handler = qInstallMessageHandler(self._on_qt_message)
@@ -73,7 +76,8 @@ class CrashLog(QObject):
             faulthandler.disable()
             self._fault_stream.close()
             self._fault_stream = None
-        self._logger.removeHandler(self._handler)
+        for logger in self._heard:
+            logger.removeHandler(self._handler)
         self._handler.close()
 
     def _on_exception(

@@ -1,3 +1,4 @@
+import logging
 import sys
 import threading
 from pathlib import Path
@@ -93,3 +94,12 @@ def test_folder_that_cannot_be_made_is_no_obstacle(qapp, tmp_path, capsys, monke
     finally:
         log.stop()
     assert "unlogged" in capsys.readouterr().err
+
+
+def test_what_the_library_remarks_is_logged_until_the_end(crash_log):
+    logging.getLogger("annotations.volumes.cache").warning("a level could not be kept")
+    crash_log.stop()
+    logging.getLogger("annotations.volumes.cache").warning("nobody listens")
+    logged = crash_log.path.read_text()
+    assert "a level could not be kept" in logged
+    assert "nobody listens" not in logged
