@@ -71,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
         type=_pixels,
         default=_PICTURE_SIZE,
         metavar=("W", "H"),
-        help="of the picture, in pixels (%(default)s)",
+        help=f"of the picture, in pixels ({_PICTURE_SIZE[0]} {_PICTURE_SIZE[1]})",
     )
     parser.add_argument(
         "--spacing",

@@ -6,14 +6,19 @@ from pathlib import Path
 from typing import Any
 
 from annotations.cli.output import for_each, write_json, write_text
-from annotations.volumes import fingerprint, open_volume
+from annotations.errors import UserError
+from annotations.volumes import DatasetChoiceNeeded, fingerprint, open_volume
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Describe each volume; return the exit code."""
 
     def describe(path: Path) -> None:
-        fields = _fields(path, arguments.dataset)
+        try:
+            fields = _fields(path, arguments.dataset)
+        except DatasetChoiceNeeded as error:
+            remedy = "Choose one of them by its name: --dataset NAME"
+            raise UserError(error.problem, where=error.where, remedy=remedy) from error
         if arguments.json:
             write_json(fields)
         else:

@@ -32,7 +32,9 @@ def run(*arguments: object, **environment: str) -> subprocess.CompletedProcess[s
 
 def test_version_and_help_need_no_display():
     assert run("--version").stdout == f"annotator {__version__}\n"
-    assert "--screenshot" in run("--help").stdout
+    told = run("--help").stdout
+    assert "--screenshot" in told
+    assert "in pixels (1600 1000)" in " ".join(told.split())
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")

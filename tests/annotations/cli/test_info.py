@@ -67,6 +67,7 @@ def test_one_of_several_datasets_is_chosen_by_name(tmp_path: Path, run_json: Any
     assert code == 1
     assert "first" in messages
     assert "second" in messages
+    assert "--dataset" in messages
     assert failed == {"path": str(path), "error": failed["error"]}
 
     code, [fields], _ = run_json("info", path, "--dataset", "second")
