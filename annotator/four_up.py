@@ -88,7 +88,8 @@ class PaneHeader(QFrame):
         painter = QPainter(self)
         if self._axis is not None:
             painter.fillRect(0, 3, 4, self.height() - 8, colors.axes[self._axis])
-        if self._is_used:
+        # The slices have a border of their own while a click places.
+        if self._is_used or (self._is_placing and self._axis is None):
             line = colors.placing if self._is_placing else self.palette().highlight().color()
             painter.fillRect(0, self.height() - 2, self.width(), 2, line)
         painter.end()

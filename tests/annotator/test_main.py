@@ -1,8 +1,10 @@
 """The command as a person types it."""
 
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -109,3 +111,24 @@ class TestScreenshot:
         assert done.returncode == 1
         assert "out.png" in done.stderr
         assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="about POSIX signals")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_program_that_is_asked_to_end_ends_tidily(bare_volume, user_home, number):
+    journals = user_home / ".local" / "state" / "oct-annotator" / "recovery"
+    with subprocess.Popen(
+        [sys.executable, "-m", "annotator", str(bare_volume), "--spacing", "10", "10", "10"],
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        # The journal is begun when the volume is open.
+        while process.poll() is None and not list(journals.glob("*.journal")):
+            time.sleep(0.05)
+        process.send_signal(number)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
+    assert not list(journals.glob("*.journal"))
+    assert (user_home / ".config" / "oct-annotator" / "annotator.ini").exists()
