@@ -77,6 +77,8 @@ class DocumentFile:
     def save(self, document: Annotation, *, overwrite: bool, path: Path | None = None) -> None:
         """Write the file, or another one that the document then belongs to, and forget the journal's edits.
 
+        Another version that is overwritten is kept beside it: see `save_annotation`.
+
         Raises
         ------
         ChangedOnDisk
@@ -85,11 +87,13 @@ class DocumentFile:
             It cannot be written; old file and journal are whole.
         """
         target = path or self.path
-        expected = None if overwrite or path is not None else self._expected
+        # What stands in another file did not come from this document, whoever wrote it.
+        expected = self._expected if target == self.path else ""
         _, self._expected = save_annotation(
             self._located(document, target),
             target,
             expected=expected,
+            overwrite=overwrite or path is not None,
             active_seconds=round(self._active_seconds, 1),
         )
         self.path = target

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -115,10 +116,18 @@ def annotation_bytes(annotation: Annotation) -> bytes:
 
 def file_identity(path: Path) -> FileIdentity:
     """Return the identity of the file's present content; "" if there is no file."""
+    return _identity(_present_content(path))
+
+
+def _identity(content: bytes | None) -> FileIdentity:
+    return "" if content is None else hashlib.sha256(content).hexdigest()
+
+
+def _present_content(path: Path) -> bytes | None:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return path.read_bytes()
     except FileNotFoundError:
-        return ""
+        return None
     except OSError as error:
         raise SaveError(
             f"what is there could not be compared ({error.strerror or error})",
@@ -128,15 +137,25 @@ def file_identity(path: Path) -> FileIdentity:
 
 
 def save_annotation(
-    annotation: Annotation, path: Path, *, expected: FileIdentity | None, active_seconds: float | None = None
+    annotation: Annotation,
+    path: Path,
+    *,
+    expected: FileIdentity,
+    overwrite: bool = False,
+    active_seconds: float | None = None,
 ) -> tuple[Annotation, FileIdentity]:
     """Write an annotation file atomically and durably; the previous version is kept beside it as ``.bak``.
 
+    The next save replaces that backup. A version that did not come from here, and is overwritten on demand,
+    is also kept beside the file under a name of its own (`theirs_path`), which no save touches again.
+
     Parameters
     ----------
-    expected : str or None
+    expected : str
         Identity of the content that this annotation came from ("" for a file that did not exist). If the file
-        is another one by now, nothing is written. None overwrites whatever is there; the backup keeps it.
+        is another one by now, nothing is written unless ``overwrite`` is true.
+    overwrite : bool
+        Write the file even then.
     active_seconds : float, optional
         Stamped into the file, like ``modified`` and ``program``.
 
@@ -150,11 +169,13 @@ def save_annotation(
     Raises
     ------
     ChangedOnDisk
-        Another program wrote the file meanwhile.
+        Another program wrote the file meanwhile, and ``overwrite`` is false.
     SaveError
-        The file cannot be written; what was there is whole.
+        The file, or the backup of another program's version, cannot be written; what was there is whole.
     """
-    if expected is not None and file_identity(path) != expected:
+    present = _present_content(path)
+    is_theirs = _identity(present) != expected
+    if is_theirs and not overwrite:
         raise ChangedOnDisk(
             "another program has changed it since it was read",
             where=path,
@@ -167,6 +188,8 @@ def save_annotation(
         active_seconds=annotation.active_seconds if active_seconds is None else active_seconds,
     )
     content = annotation_bytes(stamped)
+    if is_theirs and present is not None:
+        replace_durably(theirs_path(path), present)
     replace_durably(path, content, backup=backup_path(path))
     return stamped, hashlib.sha256(content).hexdigest()
 
@@ -174,6 +197,14 @@ def save_annotation(
 def backup_path(path: Path) -> Path:
     """Return where the previous version of an annotation file is kept."""
     return path.with_name(path.name + ".bak")
+
+
+def theirs_path(path: Path) -> Path:
+    """Return a new name, with the time in UTC, under which another program's version of a file is kept."""
+    while True:
+        kept = path.with_name(f"{path.name}.{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}.theirs.bak")
+        if not kept.exists():
+            return kept
 
 
 def tool_of(annotation: Annotation, folders: Sequence[Path] = ()) -> ToolSpecification:

@@ -15,7 +15,8 @@ _CHOICES = (
     Choice(
         "overwrite",
         "Keep mine",
-        "Your version takes the file's name; the other program's version becomes its backup.",
+        "Your version takes the file's name; the other program's version stays beside it, in a backup whose "
+        "name ends in “.theirs.bak”.",
     ),
     Choice("reload", "Take theirs", "The file is read again, and your unsaved edits are given up."),
 )

@@ -112,7 +112,7 @@ def test_a_sound_file_has_no_findings(path: Path, begun: Annotation) -> None:
 def test_another_volume_is_found(
     path: Path, begun: Annotation, fields: dict[str, Any], kind: str, problem: str
 ) -> None:
-    save_annotation(changed(begun, volume=changed(begun.volume, **fields)), path, expected=None)
+    save_annotation(changed(begun, volume=changed(begun.volume, **fields)), path, expected="", overwrite=True)
     (finding,) = check_file(path)
     assert finding.kind == kind
     assert problem in finding.problem
@@ -132,27 +132,27 @@ def test_a_file_that_cannot_be_read_is_the_finding(path: Path, begun: Annotation
 
 def test_an_unknown_keypoint_is_found(path: Path, begun: Annotation) -> None:
     renamed = changed(begun, keypoints=(*begun.keypoints[1:], changed(begun.keypoints[0], name="tip")))
-    save_annotation(renamed, path, expected=None)
+    save_annotation(renamed, path, expected="", overwrite=True)
     (finding,) = check_file(path)
     assert finding.kind == "keypoint"
     assert "'tip' is unknown to the tool 'magnetic-forceps'" in finding.problem
 
 
 def test_a_missing_keypoint_of_a_finished_file_is_found(path: Path, begun: Annotation) -> None:
-    save_annotation(changed(begun, keypoints=(), status="done"), path, expected=None)
+    save_annotation(changed(begun, keypoints=(), status="done"), path, expected="", overwrite=True)
     (finding,) = check_file(path)
     assert "k0, k1, k2, k3, k4, k5 are unplaced" in finding.problem
 
 
 def test_a_box_on_an_unknown_link_is_found(path: Path, begun: Annotation) -> None:
-    save_annotation(changed(begun, boxes=(BoxAnnotation(link="jaw"),)), path, expected=None)
+    save_annotation(changed(begun, boxes=(BoxAnnotation(link="jaw"),)), path, expected="", overwrite=True)
     assert ["link 'jaw' is unknown" in finding.problem for finding in check_file(path)] == [True]
 
 
 def test_an_unknown_or_another_tool_is_found(path: Path, begun: Annotation) -> None:
-    save_annotation(changed(begun, tool="scissors"), path, expected=None)
+    save_annotation(changed(begun, tool="scissors"), path, expected="", overwrite=True)
     assert [finding.kind for finding in check_file(path)] == ["tool"]
-    save_annotation(changed(begun, tool_fingerprint="f" * 64), path, expected=None)
+    save_annotation(changed(begun, tool_fingerprint="f" * 64), path, expected="", overwrite=True)
     assert [finding.kind for finding in check_file(path)] == ["tool"]
 
 
@@ -186,7 +186,7 @@ def test_everything_that_is_wrong_is_said_at_once(path: Path, begun: Annotation)
     wrong = place_keypoint(begun, "k0", (-5000.0, 0.0, 0.0), "clicked")
     wrong = set_status(place_keypoint(wrong, "k1", (0.0, 0.0, 0.0), "clicked"), "done")
     wrong = changed(wrong, volume=changed(wrong.volume, shape=(1, 1, 1), dtype="int8"))
-    save_annotation(wrong, path, expected=None)
+    save_annotation(wrong, path, expected="", overwrite=True)
     kinds = [finding.kind for finding in check_file(path)]
     assert kinds == ["keypoint", "keypoint", "link", "shape", "dtype"]
 

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 from annotations import __version__
+from annotations.documents import files
 from annotations.documents.annotation import Annotation, BoxAnnotation, changed, without_stamps
 from annotations.documents.edits import place_keypoint, set_status
 from annotations.documents.files import (
@@ -114,7 +115,7 @@ def test_saving_stamps_the_file_alone(document: Annotation, path: Path) -> None:
     written, _ = save_annotation(document, path, expected="", active_seconds=12.5)
     assert written.modified > document.modified
     assert (written.active_seconds, written.program, written.created) == (12.5, __version__, document.created)
-    again, _ = save_annotation(written, path, expected=None)
+    again, _ = save_annotation(written, path, expected="", overwrite=True)
     assert again.active_seconds == 12.5
 
 
@@ -138,10 +139,48 @@ def test_a_file_that_another_program_changed_is_not_overwritten(
         save_annotation(document, path, expected=identity)
     assert path.read_bytes() == theirs
     assert sorted(path.parent.iterdir()) == [path]
-    # On demand it is, and then theirs is the backup.
-    written, identity = save_annotation(document, path, expected=None)
-    assert backup_path(path).read_bytes() == theirs
-    save_annotation(written, path, expected=identity)
+
+
+def test_a_version_of_another_program_that_is_overwritten_stays_for_good(
+    document: Annotation, path: Path, saved: tuple[Annotation, str]
+) -> None:
+    identity = saved[1]
+    overwritten = []
+    for keypoint in ("k0", "k5"):
+        theirs = annotation_bytes(place_keypoint(document, keypoint, HERE_UM, "clicked"))
+        overwritten.append(theirs)
+        path.write_bytes(theirs)
+        written, identity = save_annotation(document, path, expected=identity, overwrite=True)
+        assert backup_path(path).read_bytes() == theirs
+        # Saved again, as autosave does seconds later: their version is no longer the ordinary backup.
+        for _ in range(2):
+            _, identity = save_annotation(written, path, expected=identity)
+        assert backup_path(path).read_bytes() != theirs
+    kept = sorted(path.parent.glob("*.theirs.bak"))
+    assert [each.read_bytes() for each in kept] == overwritten
+    assert all(each.name.startswith(f"{path.name}.20") for each in kept)
+    assert sorted(path.parent.iterdir()) == sorted([path, backup_path(path), *kept])
+
+
+def test_overwriting_what_came_from_here_or_is_gone_keeps_no_other_version(
+    document: Annotation, path: Path, saved: tuple[Annotation, str]
+) -> None:
+    _, identity = save_annotation(document, path, expected=saved[1], overwrite=True)
+    path.unlink()
+    save_annotation(document, path, expected=identity, overwrite=True)
+    assert sorted(path.parent.iterdir()) == [path, backup_path(path)]
+
+
+def test_what_cannot_be_kept_is_not_overwritten(
+    document: Annotation, path: Path, saved: tuple[Annotation, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    theirs = annotation_bytes(set_status(document, "done"))
+    path.write_bytes(theirs)
+    monkeypatch.setattr(files, "theirs_path", lambda path: path / "no folder" / "theirs.bak")
+    with pytest.raises(SaveError):
+        save_annotation(document, path, expected=saved[1], overwrite=True)
+    assert path.read_bytes() == theirs
+    assert sorted(path.parent.iterdir()) == [path]
 
 
 def test_a_file_that_appeared_meanwhile_is_not_overwritten(

@@ -158,7 +158,7 @@ def test_a_saved_document_leaves_nothing(
     recovery_folder: Path, saved_path: Path, journal: RecoveryJournal, edited: tuple[Annotation, ...]
 ) -> None:
     journal.record(edited[0])
-    _, identity = save_annotation(edited[0], saved_path, expected=None)
+    _, identity = save_annotation(edited[0], saved_path, expected="", overwrite=True)
     journal.restart(saved_path, identity)
     journal.leave()
     assert find_recoveries(recovery_folder) == ()
@@ -170,7 +170,7 @@ def test_dying_between_saving_and_forgetting_leaves_nothing(
 ) -> None:
     for document in edited:
         journal.record(document)
-    save_annotation(edited[-1], saved_path, expected=None, active_seconds=99.0)
+    save_annotation(edited[-1], saved_path, expected="", overwrite=True, active_seconds=99.0)
     journal.leave()
     assert find_recoveries(recovery_folder) == ()
 

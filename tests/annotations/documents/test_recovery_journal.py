@@ -88,7 +88,7 @@ def test_a_disk_that_is_full_after_a_save_spoils_no_later_edit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     journal.record(edited[0])
-    _, identity = save_annotation(edited[0], saved_path, expected=None)
+    _, identity = save_annotation(edited[0], saved_path, expected="", overwrite=True)
     fill_disk(0)
     journal.restart(saved_path, identity)
     with pytest.raises(SaveError):
