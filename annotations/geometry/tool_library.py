@@ -1,7 +1,7 @@
 """Where tool specifications are found: a study's own folder, the user's, and the package."""
 
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from importlib import resources
 from pathlib import Path
 
@@ -58,28 +58,65 @@ def find_tools(folders: Iterable[Path]) -> dict[str, ToolSpecification]:
     ToolError
         A file is wrong, or two tools have one name and different content.
     """
-    found = shipped_tools()
-    origin: dict[str, object] = dict.fromkeys(found, "the program's own tools")
-    for folder in folders:
-        for path in sorted(folder.glob("*.toml")):
-            tool = load_tool(path)
-            if tool.name in found and found[tool.name].fingerprint != tool.fingerprint:
-                raise ToolError(
-                    f"its name {tool.name!r} is that of a different tool in {origin[tool.name]}",
-                    where=path,
-                    remedy="Give one of the two another name",
-                )
-            found[tool.name] = tool
-            origin[tool.name] = path
-    return found
+    return _with_those_of((load_tool(path), path) for path in _tool_files(folders))
 
 
 def find_tool(name: str, folders: Iterable[Path] = ()) -> ToolSpecification:
-    """Return the tool of that name among those of `find_tools`; ToolError, naming them, if it is absent."""
-    tools = find_tools(folders)
-    if name not in tools:
+    """Return the tool of that name among those of `find_tools`, whatever is wrong with other tools' files.
+
+    Raises
+    ------
+    ToolError
+        There is no such tool; or there are two with different content; or a file that gives itself this name,
+        or has it as its own where its content does not tell, is wrong.
+    """
+    mine, known, wrong = [], set(shipped_tools()), []
+    for path in _tool_files(folders):
+        try:
+            tool = load_tool(path)
+        except ToolError:
+            if _claimed_name(path) == name:
+                raise
+            wrong.append(str(path))
+            continue
+        known.add(tool.name)
+        if tool.name == name:
+            mine.append((tool, path))
+    found = _with_those_of(mine)
+    if name not in found:
+        unread = f", and {', '.join(wrong)} cannot be read as one" if wrong else ""
         raise ToolError(
-            f"there is no tool specification {name!r}; known are {', '.join(sorted(tools))}",
+            f"there is no tool specification {name!r}; known are {', '.join(sorted(known))}{unread}",
             remedy="Put its TOML file into the study's folder 'tools' or into your own tool folder",
         )
-    return tools[name]
+    return found[name]
+
+
+def _tool_files(folders: Iterable[Path]) -> Iterator[Path]:
+    for folder in folders:
+        yield from sorted(folder.glob("*.toml"))
+
+
+def _with_those_of(tools: Iterable[tuple[ToolSpecification, Path]]) -> dict[str, ToolSpecification]:
+    """Return the shipped tools and those of files, by name; ToolError where two differ under one name."""
+    found = shipped_tools()
+    origin: dict[str, object] = dict.fromkeys(found, "the program's own tools")
+    for tool, path in tools:
+        if tool.name in found and found[tool.name].fingerprint != tool.fingerprint:
+            raise ToolError(
+                f"its name {tool.name!r} is that of a different tool in {origin[tool.name]}",
+                where=path,
+                remedy="Give one of the two another name",
+            )
+        found[tool.name] = tool
+        origin[tool.name] = path
+    return found
+
+
+def _claimed_name(path: Path) -> str:
+    """Return the name of the tool that a wrong file was meant to hold: what it says, else the file's name."""
+    try:
+        said = tomllib.loads(path.read_text(encoding="utf-8")).get("name")
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        said = None
+    return said if isinstance(said, str) else path.stem

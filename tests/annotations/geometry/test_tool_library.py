@@ -62,6 +62,47 @@ def test_an_unknown_tool_is_an_error_that_names_the_known_ones() -> None:
         find_tool("scissors")
 
 
+@pytest.mark.parametrize(
+    "text", ['schema = "oct-tool/1"\nname = "mine"\n', "name = [", "name = 3\n", 'name = "Länge"'], ids=str
+)
+def test_a_wrong_file_stands_in_no_other_tools_way(
+    tmp_path: Path, nine_keypoints_toml: str, nine_keypoints: ToolSpecification, text: str
+) -> None:
+    (tmp_path / "mine.toml").write_bytes(text.encode("latin-1"))
+    (tmp_path / "nine.toml").write_text(nine_keypoints_toml, encoding="utf-8")
+    assert find_tool("needle", [tmp_path]) == shipped_tools()["needle"]
+    assert find_tool("long-needle", [tmp_path]) == nine_keypoints
+    # Where the tools are listed the person is told, and so is one who wants what may be in that file.
+    with pytest.raises(ToolError):
+        find_tools([tmp_path])
+    with pytest.raises(ToolError) as refused:
+        find_tool("mine", [tmp_path])
+    assert refused.value.where == tmp_path / "mine.toml"
+
+
+def test_a_wrong_file_that_says_a_tools_name_is_in_its_way(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text('name = "needle"\n', encoding="utf-8")
+    with pytest.raises(ToolError) as refused:
+        find_tool("needle", [tmp_path])
+    assert refused.value.where == tmp_path / "mine.toml"
+
+
+def test_two_tools_that_share_a_name_stand_in_no_third_ones_way(
+    tmp_path: Path, nine_keypoints_toml: str
+) -> None:
+    (tmp_path / "one.toml").write_text(nine_keypoints_toml, encoding="utf-8")
+    (tmp_path / "two.toml").write_text(nine_keypoints_toml.replace("9000", "9001"), encoding="utf-8")
+    assert find_tool("needle", [tmp_path]).name == "needle"
+    with pytest.raises(ToolError, match="different tool"):
+        find_tool("long-needle", [tmp_path])
+
+
+def test_who_misses_a_tool_is_told_of_the_files_that_could_not_be_read(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("name = [", encoding="utf-8")
+    with pytest.raises(ToolError, match=r"'scissors'; known are .*mine\.toml cannot be read"):
+        find_tool("scissors", [tmp_path])
+
+
 def test_an_absent_file_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(ToolError, match="could not be read"):
         load_tool(tmp_path / "absent.toml")
