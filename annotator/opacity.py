@@ -2,10 +2,9 @@
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import map_coordinates
 
-from annotations.geometry.frames import Vector, um_to_voxel, vector
-from annotations.volumes import Level, Ray, clip_to_box, first_surface
+from annotations.geometry.frames import Vector, vector
+from annotations.volumes import Level, Ray, first_surface, intensities_along
 from annotator.view import View
 
 FAINT = 0.02
@@ -15,7 +14,6 @@ OPAQUE = 0.6
 """The same for the brightest intensity of the window, and all above it."""
 
 _LEAST_SEEN = 0.05
-_SAMPLES_A_VOXEL = 2
 
 
 def opacity(intensities: ArrayLike, view: View) -> NDArray[np.float64]:
@@ -37,20 +35,12 @@ def seen_surface(level: Level, ray: Ray, view: View) -> Vector | None:
     Light is followed along the ray: where half of all that is seen has been passed, lies the body that is
     looked at, and its surface is where the threshold was crossed before.
     """
-    spacing, origin = np.asarray(level.spacing_um), np.asarray(level.origin_um)
-    last = np.asarray(level.data.shape) - 1
-    margin_um = np.where(last == 0, spacing / 2, 0.0)
-    span_um = clip_to_box(ray, origin - margin_um, origin + last * spacing + margin_um)
-    if span_um is None:
+    sampled = intensities_along(level.data, level.spacing_um, level.origin_um, ray)
+    if sampled is None:
         return None
-    voxels_a_um = float(np.max(np.abs(ray.direction) / spacing))
-    count = int(np.ceil((span_um[1] - span_um[0]) * voxels_a_um * _SAMPLES_A_VOXEL)) + 1
-    distances_um = np.linspace(*span_um, count)
-    positions = np.asarray(ray.origin_um) + distances_um[:, None] * np.asarray(ray.direction)
-    index = um_to_voxel(positions - origin, spacing)
-    values = map_coordinates(level.data, index.T, output=np.float64, order=1, mode="nearest")
-    step_um = (span_um[1] - span_um[0]) / max(count - 1, 1)
-    passing = (1.0 - opacity(values, view)) ** (step_um / float(np.mean(spacing)))
+    distances_um, values = sampled
+    step_um = float(distances_um[-1] - distances_um[0]) / max(len(distances_um) - 1, 1)
+    passing = (1.0 - opacity(values, view)) ** (step_um / float(np.mean(level.spacing_um)))
     seen = 1.0 - np.cumprod(passing)
     if seen[-1] < _LEAST_SEEN:
         return None

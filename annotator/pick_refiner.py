@@ -8,13 +8,14 @@ from PySide6.QtCore import QObject, Signal
 from annotations.geometry.frames import Vector, vector
 from annotations.volumes import Ray, Volume, detail_block, snap_to_edge, snap_to_maximum
 from annotator.jobs import Job, Jobs
-from annotator.placing import depth_along_ray
+from annotator.placing import depth_near, refining_margin_um
 from annotator.view import View
 
-# Half a link's width is 2 mm: a search this wide stays on the spot that was meant.
-SNAP_RADIUS_VOXELS = 8.0
+# Half a link's width is 2 mm: a search this wide stays on the spot that was meant. Where a voxel is larger,
+# as along the first axis of a real-time volume, snapping searches its neighbours, and none beyond.
+SNAP_RADIUS_UM = 100.0
 # The coarse surface is right to about a coarse voxel; twice that to either side is searched again.
-REFINED_COARSE_VOXELS = 4.0
+REFINED_COARSE_VOXELS = 2.0
 
 
 class PickRefiner(QObject):
@@ -47,11 +48,17 @@ class PickRefiner(QObject):
         ray: Ray,
         view: View,
     ) -> None:
-        """Look for the surface that a ray meets, at full resolution, near a depth found on a coarse level."""
-        size_um = vector(REFINED_COARSE_VOXELS * np.asarray(coarse_spacing_um))
+        """Look for the surface that a ray meets, at full resolution, near a depth found on a coarse level.
+
+        ``ray_refined`` comes only where one is found.
+        """
+        coarse_um = np.asarray(coarse_spacing_um)
+        reach_um = REFINED_COARSE_VOXELS / float(np.max(np.abs(ray.direction) / coarse_um))
+        size_um = vector(2 * (REFINED_COARSE_VOXELS * coarse_um + refining_margin_um(spacing_um)))
 
         def work(_progress: object, _cancelled: object) -> Vector | None:
-            return depth_along_ray(detail_block(volume, spacing_um, proposed_um, size_um), ray, view)
+            block = detail_block(volume, spacing_um, proposed_um, size_um)
+            return depth_near(block, ray, proposed_um, reach_um, view)
 
         def done(found_um: Vector | None) -> None:
             if found_um is not None:
@@ -71,12 +78,11 @@ class PickRefiner(QObject):
         to: Literal["maximum", "edge"],
     ) -> None:
         """Look for the brightest voxel or the strongest edge near a keypoint."""
-        radius_um = SNAP_RADIUS_VOXELS * float(np.mean(spacing_um))
         search = snap_to_maximum if to == "maximum" else snap_to_edge
         self.cancel()
         self._job = self._jobs.start(
             f"Snapping {keypoint}",
-            lambda _progress, _cancelled: vector(search(volume, spacing_um, position_um, radius_um)),
+            lambda _progress, _cancelled: vector(search(volume, spacing_um, position_um, SNAP_RADIUS_UM)),
             done=lambda found_um: self.snapped.emit(keypoint, position_um, found_um),
             failed=self.failed.emit,
             shown=False,

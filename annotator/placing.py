@@ -5,13 +5,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from annotations.geometry.frames import Vector, um_to_voxel, vector, voxel_to_um
-from annotations.volumes import Level, Ray, brightest_sample, closest_approach, first_surface
+from annotations.volumes import Level, Ray, brightest_sample, closest_approach, intensities_along
+from annotator.opacity import seen_surface
 from annotator.view import View
 
 # Rays that are nearly parallel cross anywhere: below this angle the second one only proposes anew.
 SMALLEST_ANGLE_DEG = 10.0
 # Two rays that pass each other farther apart than this were not aimed at one point.
 WIDEST_GAP_UM = 500.0
+# Speckle differs from one voxel to the next: a Gaussian this wide averages some forty of them, and widens
+# a surface by less than a hand trembles. Of the middle spacing, so that one coarse axis does not count.
+_SMOOTHING_VOXEL = 1.0
+# A Gaussian is nothing beyond this many of its standard deviations.
+_SMOOTHING_REACH = 4.0
 
 
 @dataclass(frozen=True)
@@ -39,15 +45,85 @@ def visible_part(level: Level, cropping_um: tuple[Vector, Vector] | None) -> Lev
 def depth_along_ray(level: Level, ray: Ray, view: View) -> Vector | None:
     """Return the position in µm that a click means.
 
-    The brightest sample in a maximum intensity projection, else the first surface. None where the ray misses
-    the volume or meets nothing above the opacity threshold.
+    The brightest sample in a maximum intensity projection, else the surface of the body that is seen there,
+    past the haze of speckle before it. None where the ray misses the volume or nothing is seen along it.
     """
     shown = visible_part(level, view.cropping_um)
     if view.rendering == "mip":
         found = brightest_sample(shown.data, shown.spacing_um, shown.origin_um, ray)
-    else:
-        found = first_surface(shown.data, shown.spacing_um, shown.origin_um, ray, view.opacity_threshold)
-    return None if found is None else vector(found)
+        return None if found is None else vector(found)
+    return seen_surface(shown, ray, view)
+
+
+def refining_margin_um(spacing_um: Vector) -> float:
+    """Return how far around the searched part of a ray `depth_near` looks, to average speckle."""
+    return _SMOOTHING_REACH * _smoothing_um(spacing_um)
+
+
+def depth_near(block: Level, ray: Ray, proposed_um: Vector, reach_um: float, view: View) -> Vector | None:
+    """Return the position in µm that a click means, at full resolution, near one found on a coarser level.
+
+    In a maximum intensity projection it is the brightest place within reach. Else it is where the smoothed
+    intensity rises half-way from what lies before the brightest place to what that has, but at least to the
+    opacity threshold; of several such places, the nearest to the proposed one. The threshold alone would be
+    met too early by a surface that smoothing widens, and anywhere if it lies within the speckle.
+
+    Parameters
+    ----------
+    block : Level
+        The voxels around the proposed position, in full resolution.
+    ray : Ray
+    proposed_um : (float, float, float)
+        On the ray.
+    reach_um : float
+        How far from there, along the ray, the surface may lie.
+    view : View
+
+    Returns
+    -------
+    (float, float, float) or None
+        None where there is no such surface within reach: then the proposed position stands.
+    """
+    shown = _smoothed(visible_part(block, view.cropping_um), view.window)
+    sampled = intensities_along(shown.data, shown.spacing_um, shown.origin_um, ray)
+    if sampled is None:
+        return None
+    distances_um, values = sampled
+    proposed = float(np.subtract(proposed_um, ray.origin_um) @ np.asarray(ray.direction))
+    near = np.abs(distances_um - proposed) <= reach_um
+    distances_um, values = distances_um[near], values[near]
+    if values.size == 0:
+        return None
+    peak = int(np.argmax(values))
+    if view.rendering == "mip":
+        return vector(ray.at(float(distances_um[peak])))
+    # Glare beyond the window's end is drawn no brighter, and must not hide a fainter surface before it.
+    brightest = min(float(values[peak]), max(view.window[1], view.opacity_threshold))
+    surface = max(view.opacity_threshold, (float(np.median(values[: peak + 1])) + brightest) / 2)
+    rises = np.flatnonzero((values[:-1] < surface) & (values[1:] >= surface))
+    if rises.size == 0:
+        return None
+    share = (surface - values[rises]) / (values[rises + 1] - values[rises])
+    crossings_um = distances_um[rises] + share * (distances_um[rises + 1] - distances_um[rises])
+    return vector(ray.at(float(crossings_um[np.argmin(np.abs(crossings_um - proposed))])))
+
+
+def _smoothing_um(spacing_um: Vector) -> float:
+    return _SMOOTHING_VOXEL * float(np.median(spacing_um))
+
+
+def _smoothed(level: Level, window: tuple[float, float]) -> Level:
+    """Return a level with its speckle averaged, over a distance in µm that is the same along each axis.
+
+    What is not a number is taken for black, infinite values for black and white, as they are drawn.
+    """
+    from scipy import ndimage  # late: it takes 0.4 s, and the first picture should not wait for it
+
+    black, white = window
+    values = np.nan_to_num(level.data.astype(np.float32), nan=black, neginf=black, posinf=white)
+    sigma_voxel = _smoothing_um(level.spacing_um) / np.asarray(level.spacing_um)
+    smoothed = ndimage.gaussian_filter(values, sigma_voxel, mode="nearest", truncate=_SMOOTHING_REACH)
+    return replace(level, data=smoothed)
 
 
 def settle(first: Ray, second: Ray) -> Settled:

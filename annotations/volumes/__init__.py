@@ -11,6 +11,7 @@ from annotations.volumes.levels import (
     intensity_window,
     preview_factors,
     strided_preview,
+    surface_threshold,
 )
 from annotations.volumes.opening import open_volume, volume_paths
 from annotations.volumes.rays import (
@@ -20,6 +21,7 @@ from annotations.volumes.rays import (
     clip_to_box,
     closest_approach,
     first_surface,
+    intensities_along,
 )
 from annotations.volumes.slices import SliceImage, level_slice, sharp_slice
 from annotations.volumes.snapping import snap_to_edge, snap_to_maximum
@@ -64,6 +66,7 @@ __all__ = [
     "fingerprint",
     "first_surface",
     "folder_answers_path",
+    "intensities_along",
     "intensity_window",
     "level_slice",
     "offered_spacing_um",
@@ -76,6 +79,7 @@ __all__ = [
     "snap_to_edge",
     "snap_to_maximum",
     "strided_preview",
+    "surface_threshold",
     "validate_spacing_um",
     "volume_paths",
     "write_folder_answer",

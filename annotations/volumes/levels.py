@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from annotations.volumes.spacing import SpacingUm, validate_spacing_um
 from annotations.volumes.volume import Array, Shape, Volume
@@ -16,6 +16,10 @@ PREVIEW_BUDGET_VOXELS = 1_000_000
 
 _WINDOW_SAMPLES = 1_000_000
 _WINDOW_PERCENT = (1.0, 99.8)
+_SPECKLE_SIGMAS = 3.0
+_SIGMAS_PER_DEVIATION = 1.4826
+"""Standard deviation of a normal distribution over the median of absolute deviations from its median."""
+_THRESHOLD_SHARES = (0.25, 0.5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,9 +179,7 @@ def intensity_window(level: Level) -> tuple[float, float]:
     values and NaN do not count. The result is finite and its first number is the smaller one, whatever the
     level holds.
     """
-    values = level.data.reshape(-1)
-    values = values[:: max(1, values.size // _WINDOW_SAMPLES)]
-    values = values[np.isfinite(values)].astype(np.float64)
+    values = _finite_samples(level)
     if values.size == 0:
         return (0.0, 1.0)
     low, high = (float(value) for value in np.percentile(values, _WINDOW_PERCENT))
@@ -187,6 +189,33 @@ def intensity_window(level: Level) -> tuple[float, float]:
         # A constant volume is drawn black, and one grey value above it white.
         high = low + max(1.0, abs(low) * 1e-6)
     return (low, high)
+
+
+def surface_threshold(level: Level) -> float:
+    """Return an intensity between speckle and surfaces, below which a picture of a level may be transparent.
+
+    It lies three standard deviations above the median: nearly all of a volume is noise and faint medium, and
+    the median of absolute deviations tells their spread whatever the rest is. The lowest intensity does not
+    count, because padding and saturated noise have it. The result is at least a quarter and at most half of
+    the way through `intensity_window`, so that neither an empty background nor wide noise makes everything
+    or nothing visible.
+    """
+    low, high = intensity_window(level)
+    least, most = (low + share * (high - low) for share in _THRESHOLD_SHARES)
+    values = _finite_samples(level)
+    values = values[values > values.min()] if values.size else values
+    if values.size == 0:
+        return least
+    median = float(np.median(values))
+    sigma = _SIGMAS_PER_DEVIATION * float(np.median(np.abs(values - median)))
+    return float(np.clip(median + _SPECKLE_SIGMAS * sigma, least, most))
+
+
+def _finite_samples(level: Level) -> NDArray[np.float64]:
+    """Return enough of a level's finite values for statistics."""
+    values = level.data.reshape(-1)
+    values = values[:: max(1, values.size // _WINDOW_SAMPLES)]
+    return values[np.isfinite(values)].astype(np.float64)
 
 
 def _factors_for(side_um: float, lengths: Sequence[int], spacing: Array) -> tuple[int, int, int]:

@@ -107,13 +107,43 @@ def clip_to_box(ray: Ray, low_um: ArrayLike, high_um: ArrayLike) -> tuple[float,
     return (enter, leave) if enter <= leave else None
 
 
+def intensities_along(
+    data: Array, spacing_um: Sequence[float], origin_um: Sequence[float], ray: Ray
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the intensities that a ray passes, or None where it misses.
+
+    Intensities between voxels are trilinear, sampled every half voxel of the axis on which the ray crosses
+    voxels fastest.
+
+    Parameters
+    ----------
+    data : numpy.ndarray, shape (x, y, z)
+        Real.
+    spacing_um, origin_um : sequence of float
+        Of the data: see `annotations.volumes.levels.Level`.
+    ray : Ray
+
+    Returns
+    -------
+    distances_um : numpy.ndarray of float64, shape (n,)
+        From the ray's origin, ascending and evenly spaced.
+    intensities : numpy.ndarray of float64, shape (n,)
+        NaN where a voxel with a share in the sample is.
+    """
+    span = _span(data, spacing_um, origin_um, ray)
+    if span is None:
+        return None
+    distances = _steps(ray, spacing_um, *span)
+    return distances, _sampled(data, spacing_um, origin_um, ray, distances)
+
+
 def first_surface(
     data: Array, spacing_um: Sequence[float], origin_um: Sequence[float], ray: Ray, threshold: float
 ) -> PositionUm | None:
     """Return where a ray first meets an intensity of at least a threshold, or None where it never does.
 
-    Intensities between voxels are trilinear. They are sampled every half voxel and, where the threshold is
-    first crossed, finely enough to place the crossing to a thousandth of a voxel.
+    Intensities are sampled as by `intensities_along` and, where the threshold is first crossed, finely enough
+    to place the crossing to a thousandth of a voxel.
 
     Parameters
     ----------
@@ -124,11 +154,10 @@ def first_surface(
     ray : Ray
     threshold : float
     """
-    span = _span(data, spacing_um, origin_um, ray)
-    if span is None:
+    sampled = intensities_along(data, spacing_um, origin_um, ray)
+    if sampled is None:
         return None
-    distances = _steps(ray, spacing_um, *span)
-    values = _sampled(data, spacing_um, origin_um, ray, distances)
+    distances, values = sampled
     above = np.flatnonzero(values >= threshold)
     if above.size == 0:
         return None
@@ -149,8 +178,8 @@ def brightest_sample(
 ) -> PositionUm | None:
     """Return where along a ray the intensity is highest, or None where the ray misses or meets only NaN.
 
-    Sampled as in `first_surface`. Of several samples that are equally bright without a gap, as in a saturated
-    reflection, it is the middle; of several such runs, that of the first.
+    Sampled as by `intensities_along`. Of several samples that are equally bright without a gap, as in a
+    saturated reflection, it is the middle; of several such runs, that of the first.
 
     Parameters
     ----------
@@ -158,11 +187,10 @@ def brightest_sample(
     spacing_um, origin_um : sequence of float
     ray : Ray
     """
-    span = _span(data, spacing_um, origin_um, ray)
-    if span is None:
+    sampled = intensities_along(data, spacing_um, origin_um, ray)
+    if sampled is None:
         return None
-    distances = _steps(ray, spacing_um, *span)
-    values = _sampled(data, spacing_um, origin_um, ray, distances)
+    distances, values = sampled
     if np.isnan(values).all():
         return None
     brightest = values == np.nanmax(values)

@@ -112,7 +112,9 @@ def _neighbourhood(
     if np.any(low >= high):
         return None
     values = volume.load((slice(low[0], high[0]), slice(low[1], high[1]), slice(low[2], high[2])))
-    finite = np.nan_to_num(values.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+    numbers = np.isfinite(values)
+    # The darkest there, not zero: intensities in decibels lie below it, and what is no number must not shine.
+    finite = np.where(numbers, values, values[numbers].min() if numbers.any() else 0).astype(np.float64)
     offsets = [(np.arange(low[axis], high[axis]) - centre[axis]) / reach[axis] for axis in range(3)]
     return _Neighbourhood(
         smoothed=ndimage.gaussian_filter(finite, _SMOOTHING_VOXEL, mode="nearest"),

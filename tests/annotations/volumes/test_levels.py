@@ -16,6 +16,7 @@ from annotations.volumes import (
     open_volume,
     preview_factors,
     strided_preview,
+    surface_threshold,
 )
 from annotations.volumes.levels import displayed, displayed_dtype
 
@@ -184,3 +185,40 @@ def test_a_window_leaves_out_dark_noise_and_glare() -> None:
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_level_of_nothing_finite_has_a_window(value: float) -> None:
     assert intensity_window(level_of(np.full((2, 2, 2), value, np.float32))) == (0.0, 1.0)
+
+
+@given(
+    hnp.arrays(
+        st.sampled_from([np.dtype(name) for name in ("u1", "i1", "u2", "i2", "f4")]),
+        hnp.array_shapes(min_dims=3, max_dims=3, max_side=6),
+    )
+)
+def test_a_surface_threshold_lies_within_the_window(data: np.ndarray) -> None:
+    low, high = intensity_window(level_of(data))
+    threshold = surface_threshold(level_of(data))
+    assert low <= threshold <= low + 0.5001 * (high - low)
+
+
+@pytest.mark.parametrize("scale", [1.0, 7.0])
+@pytest.mark.parametrize("offset", [0.0, -500.0])
+@pytest.mark.parametrize("padding", [0.0, 0.6], ids=["whole", "padded"])
+def test_a_surface_threshold_lies_between_speckle_and_surfaces(
+    scale: float, offset: float, padding: float
+) -> None:
+    rng = np.random.default_rng(1)
+    data = np.maximum(rng.normal(25, 12, (60, 60, 60)), 0)
+    noise = data.copy()
+    data[:, :, 20] = rng.normal(150, 20, (60, 60))
+    data[: round(60 * padding)] = 0
+    threshold = surface_threshold(level_of((offset + scale * data).astype(np.float32)))
+    share_of_speckle = np.mean(offset + scale * noise > threshold)
+    share_of_surface = np.mean(offset + scale * data[-20:, :, 20] > threshold)
+    assert share_of_speckle < 0.005
+    assert share_of_surface > 0.99
+
+
+def test_an_empty_background_leaves_faint_surfaces_in_sight() -> None:
+    data = np.zeros((20, 20, 20), np.uint8)
+    data[:, :, 10] = 60
+    data[:, :, 14] = 120
+    assert 30 <= surface_threshold(level_of(data)) <= 60

@@ -11,6 +11,7 @@ from annotations.volumes import (
     clip_to_box,
     closest_approach,
     first_surface,
+    intensities_along,
 )
 
 ORIGIN_UM = (120.0, -40.0, 7.0)
@@ -254,3 +255,18 @@ def test_the_angle_between_rays_keeps_its_digits(along: tuple[float, float, floa
     turned = math.cos(math.radians(angle_deg)) * np.array(along) + math.sin(math.radians(angle_deg)) * other
     found = closest_approach(Ray((0, 0, 0), along), Ray((9, 9, 9), tuple(turned)))
     assert found.angle_deg == pytest.approx(angle_deg, rel=1e-8)
+
+
+def test_the_intensities_along_a_ray_are_those_at_its_positions() -> None:
+    x, y, z = np.indices((9, 11, 13), dtype=float)
+    low, high = (ORIGIN_UM + np.multiply(index, SPACING_UM) for index in ((1, 2, -3), (7, 6, 14)))
+    ray = Ray.through(low, high)
+    sampled = intensities_along(2 * x + 3 * y - z, SPACING_UM, ORIGIN_UM, ray)
+    assert sampled is not None
+    distances_um, values = sampled
+    assert np.ptp(np.diff(distances_um)) == pytest.approx(0, abs=1e-9)
+    index = (np.array([ray.at(float(at)) for at in distances_um]) - ORIGIN_UM) / SPACING_UM
+    assert np.abs(np.diff(index, axis=0)).max() <= 0.5001
+    np.testing.assert_allclose(values, index @ (2, 3, -1), atol=1e-9)
+    away = Ray(ray.origin_um, (-1.0, 0.0, 0.0))
+    assert intensities_along(x, SPACING_UM, ORIGIN_UM, away) is None

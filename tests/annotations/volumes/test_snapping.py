@@ -69,6 +69,15 @@ def test_one_bright_speckle_does_not_win(tmp_path: Path) -> None:
     np.testing.assert_allclose(found, np.multiply(15, SPACING_UM), atol=3)
 
 
+def test_what_is_not_a_number_is_dark_among_decibels(tmp_path: Path) -> None:
+    grids = index_grids()
+    squared = sum((grid - 15) ** 2 for grid in grids)
+    array = -80 + 60 * np.exp(-squared / (2 * 2.0**2))
+    array[12:14, 12:14, 12:14] = np.nan
+    found = snap_to_maximum(saved(tmp_path, array), SPACING_UM, np.multiply(14, SPACING_UM), 60.0)
+    np.testing.assert_allclose(found, np.multiply(15, SPACING_UM), atol=8)
+
+
 @pytest.mark.parametrize("snap", [snap_to_maximum, snap_to_edge])
 @pytest.mark.parametrize("value", [0, 77])
 def test_a_constant_volume_leaves_the_position(tmp_path: Path, snap, value: int) -> None:
