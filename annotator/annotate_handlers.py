@@ -128,6 +128,11 @@ class AnnotateHandlers:
                 moved_um = list(self._session.view.crosshair_um)
                 moved_um[axis] += sense * voxels * spacing_um[axis]
                 self._session.look(crosshair_um=vector(moved_um))
+                name = self._session.view.active_keypoint
+                if name in self._session.shown_positions_um():
+                    self._session.message_posted.emit(
+                        f"Crosshair moved; in place mode (P) the keys nudge {name}"
+                    )
 
         return move
 

@@ -53,6 +53,15 @@ VIEW_ACTIONS: tuple[Action, ...] = (
         )
         for number, preset in enumerate(PRESETS, start=1)
     ),
+    Action(
+        "perspective",
+        "Perspective",
+        "View/Camera",
+        ("Ctrl+8",),
+        "Draw what is near larger; otherwise one scale holds at every depth.",
+        checkable=True,
+        separated=True,
+    ),
     Action("zoom_fit", "Zoom to Fit", "View", ("Ctrl+0",), "Fit the whole volume into every pane.", "volume"),
     Action("zoom_in", "Zoom In", "View", ("Ctrl++", "Ctrl+="), "Enlarge the slices.", "volume", repeats=True),
     Action("zoom_out", "Zoom Out", "View", ("Ctrl+-",), "Shrink the slices.", "volume", repeats=True),

@@ -54,6 +54,7 @@ def test_arrows_move_the_crosshair_and_no_annotation_while_navigating(person, se
     assert session.document is document
     moved = [after - before for before, after in zip(A_UM, session.view.crosshair_um, strict=True)]
     assert moved == pytest.approx([15.9, -13.5, 94.0])
+    assert "in place mode (P) the keys nudge k0" in person.window.status.currentMessage()
 
 
 def test_arrows_move_in_the_plane_of_the_slice_used_last(person, session):

@@ -1,0 +1,138 @@
+"""Actions that a person reaches through the menus rather than by working on keypoints."""
+
+import shutil
+import threading
+
+import pytest
+from PySide6.QtCore import QByteArray
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QMenu, QSplitter
+
+from annotator import file_handlers
+from annotator.actions import ACTIONS
+from annotator.four_up import FourUp
+
+
+def test_every_action_is_in_exactly_one_menu(window):
+    found = [
+        action.objectName()
+        for menu in window.menuBar().findChildren(QMenu)
+        for action in menu.actions()
+        if action.objectName().startswith("action_")
+    ]
+    assert sorted(found) == sorted(f"action_{entry.name}" for entry in ACTIONS)
+
+
+def test_demo_study_is_made_and_opened(
+    qtbot, make_window, empty_session, volume_path, user_home, monkeypatch
+):
+    made = []
+
+    def make(folder, progress, cancelled):
+        made.append(folder)
+        progress(0.5)
+        assert not cancelled()
+        return shutil.copytree(volume_path.parent, folder)
+
+    monkeypatch.setattr(file_handlers, "make_demo_study", make)
+    window = make_window(empty_session)
+    window.actions_by_name["open_demo"].trigger()
+    qtbot.waitUntil(lambda: empty_session.volume is not None)
+    assert made[0].is_relative_to(user_home)
+    assert empty_session.volume.path == made[0] / "v001.npy"
+
+
+def test_background_work_is_cancelled(qtbot, window, session):
+    begun, stopped = threading.Event(), threading.Event()
+
+    def work(_progress, cancelled):
+        begun.set()
+        while not cancelled():
+            stopped.wait(0.01)
+        stopped.set()
+
+    assert not window.actions_by_name["cancel_jobs"].isEnabled()
+    session.jobs.start("Waiting", work, done=lambda _: None, failed=lambda _: None)
+    assert window.actions_by_name["cancel_jobs"].isEnabled()
+    assert begun.wait(10)
+    window.actions_by_name["cancel_jobs"].trigger()
+    qtbot.waitUntil(lambda: not session.jobs.running)
+    assert stopped.wait(10)
+    assert not window.actions_by_name["cancel_jobs"].isEnabled()
+
+
+def test_log_is_opened_once_there_is_one(window, monkeypatch, tmp_path):
+    opened = []
+    monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: opened.append(url.toLocalFile()))
+    window.actions_by_name["open_log"].trigger()
+    assert "no log yet" in window.status.currentMessage()
+    (tmp_path / "annotator.log").write_text("something")
+    window.actions_by_name["open_log"].trigger()
+    assert opened == [str(tmp_path / "annotator.log")]
+
+
+def test_nothing_to_recover_asks_nothing(qtbot, person, session):
+    person.action("recover").trigger()
+    assert "you will be asked" in person.window.status.currentMessage()
+    qtbot.waitUntil(lambda: not session.jobs.running)
+    assert not person.has_dialog()
+
+
+def test_full_screen_and_back(qtbot, window):
+    window.actions_by_name["full_screen"].trigger()
+    qtbot.waitUntil(window.isFullScreen)
+    assert window.actions_by_name["full_screen"].isChecked()
+    window.actions_by_name["full_screen"].trigger()
+    qtbot.waitUntil(lambda: not window.isFullScreen())
+
+
+@pytest.fixture
+def rows(window):
+    return [window.findChild(QSplitter, f"pane_row_{number}") for number in range(2)]
+
+
+def test_panes_are_divided_by_one_cross(window, rows):
+    upper, lower = rows
+    upper.moveSplitter(upper.width() // 3, 1)
+    assert lower.sizes() == upper.sizes()
+
+
+def test_unreadable_division_of_panes_is_left_as_it_is(window, rows):
+    before = rows[0].sizes()
+    window.four_up.restore(QByteArray(b"nonsense"))
+    assert rows[0].sizes() == before
+
+
+def test_division_of_panes_survives_packing(window, rows):
+    four_up: FourUp = window.four_up
+    rows[0].setSizes([100, 300])
+    state, sizes = four_up.state(), rows[0].sizes()
+    four_up.reset()
+    assert rows[0].sizes() != sizes
+    four_up.restore(state)
+    assert rows[0].sizes() == sizes
+
+
+def test_camera_looks_along_an_axis_and_in_perspective(qtbot, window):
+    window.prepare_scene()
+    qtbot.waitUntil(lambda: window.scene.camera is not None, timeout=30_000)
+    window.actions_by_name["camera_+x"].trigger()
+    assert window.scene.camera.forward == (1.0, 0.0, 0.0)
+    assert window.scene.camera.parallel
+    window.actions_by_name["perspective"].trigger()
+    assert not window.scene.camera.parallel
+    assert window.actions_by_name["perspective"].isChecked()
+
+
+def test_zoom_to_the_active_keypoint(qtbot, window, session):
+    window.prepare_scene()
+    qtbot.waitUntil(lambda: window.scene.camera is not None, timeout=30_000)
+    session.place((200.0, 300.0, 250.0))
+    session.activate("k0")
+    session.look(crosshair_um=(0.0, 0.0, 0.0))
+    before = window.slices[0].viewport.scale, window.scene.camera.height_um
+    window.actions_by_name["zoom_keypoint"].trigger()
+    assert session.view.crosshair_um == (200.0, 300.0, 250.0)
+    assert window.scene.camera.focal_um == (200.0, 300.0, 250.0)
+    assert window.scene.camera.height_um < before[1]
+    assert window.slices[0].viewport.scale >= before[0]
