@@ -22,7 +22,7 @@ from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
 from annotations.volumes import Level, Volume, fingerprint, intensity_window, open_volume, strided_preview
 from annotator.spacing_answer import SpacingAnswer
-from annotator.worklist import WorkItem
+from annotator.worklist import WorkItem, Worklist
 
 
 @dataclass(frozen=True)
@@ -31,20 +31,28 @@ class OpeningRequest:
 
     Attributes
     ----------
-    annotator : str
-        Who a document that is begun belongs to.
+    worklist, index
+        The list that the item belongs to, and its place there.
     dataset : str or None
         The chosen member of a file that holds several arrays.
     recovery : Recovery or None
         Unsaved edits that a dead program left; the document goes on from them.
+    rereads : bool
+        Whether the unsaved edits of the open document are given up for what stands in its file.
     """
 
-    item: WorkItem
-    annotator: str
+    worklist: Worklist
+    index: int
     tool_name: str
     tool_folders: tuple[Path, ...]
     dataset: str | None = None
     recovery: Recovery | None = None
+    rereads: bool = False
+
+    @property
+    def item(self) -> WorkItem:
+        """The item that is opened."""
+        return self.worklist.items[self.index]
 
 
 @dataclass(frozen=True)
@@ -195,7 +203,7 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
     document = found.document or new_annotation(
         reference_to(found.volume, spacing_um, found.item.annotation_path, found.fingerprint),
         found.tool,
-        found.request.annotator,
+        found.request.worklist.annotator,
         "keypoints",
         ships=ships(found.tool),
     )

@@ -1,5 +1,6 @@
 """The session: opens, saves and recovers what `SessionEditing` edits and `SessionState` announces."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,19 +8,19 @@ from PySide6.QtCore import QObject
 
 from annotations.documents import edits
 from annotations.documents.annotation import Status
-from annotations.documents.files import ChangedOnDisk
+from annotations.documents.files import ChangedOnDisk, file_identity
 from annotations.documents.recovery import Recovery, discard, find_recoveries
 from annotations.durable_files import SaveError
 from annotations.geometry.frames import vector
 from annotator.document_file import DocumentFile
-from annotator.jobs import Job
+from annotator.jobs import Job, Result
 from annotator.opening import Opened, OpeningRequest
 from annotator.session_editing import SessionEditing
 from annotator.session_options import SessionOptions
 from annotator.spacing_answer import SpacingAnswer
 from annotator.view import View
 from annotator.volume_opener import VolumeOpener
-from annotator.worklist import WorkItem, Worklist, item_of_document, read_worklist
+from annotator.worklist import Worklist, read_worklist, worklist_with
 
 
 class Session(SessionEditing):
@@ -39,7 +40,6 @@ class Session(SessionEditing):
         )
         self._opener.opened.connect(self._on_opener_opened)
         self._opener.failed.connect(self._on_opener_failed)
-        self._opener.cancelled.connect(self._on_opener_cancelled)
         self._opener.spacing_requested.connect(self.spacing_requested)
         self._opener.dataset_requested.connect(self.dataset_requested)
 
@@ -48,21 +48,11 @@ class Session(SessionEditing):
     def open_path(self, path: Path) -> None:
         """Open a study, an annotation, a folder of volumes or a volume; errors come as ``error_raised``."""
         annotator = self._options.annotator_name
-        if self._looking is not None:
-            # The last wish counts, not the slowest folder.
-            self.jobs.cancel(self._looking)
-        self._looking = self.jobs.start(
-            f"Looking at {path.name}",
-            lambda _progress, _cancelled: read_worklist(path, annotator),
-            done=self._on_worklist_read,
-            failed=self._raise_error,
-        )
+        self._look_at(path, lambda: read_worklist(path, annotator), self._on_worklist_read)
 
     def open_item(self, index: int) -> None:
-        """Save what is open and open another item."""
-        if self.close_volume():
-            self._set_worklist(self._worklist, index)
-            self._opener.open(self._request(self.items[index]))
+        """Save what is open and open another item; what is open stays until the other one is ready."""
+        self._open(self._worklist, index)
 
     def next_volume(self) -> None:
         """Open the next item."""
@@ -81,9 +71,8 @@ class Session(SessionEditing):
         self._opener.provide_spacing(path, answer)
 
     def decline_opening(self, path: Path) -> None:
-        """Answer either question with no: the volume is not opened."""
-        if self._opener.decline(path):
-            self._set_worklist(self._worklist, None)
+        """Answer either question with no: the volume is not opened, and what is open stays."""
+        self._opener.decline(path)
 
     def choose_tool(self, name: str) -> None:
         """Use another tool for new documents, and for the open one if nothing is placed in it yet."""
@@ -105,7 +94,7 @@ class Session(SessionEditing):
         if name == self._options.annotator_name:
             return
         self._options = replace(self._options, annotator_name=name)
-        if self.items and self.close_volume():
+        if self.items:
             self.open_path(self._worklist.path)
 
     def set_autosave(self, seconds: float) -> None:
@@ -114,8 +103,7 @@ class Session(SessionEditing):
 
     def close_volume(self) -> bool:
         """Save and close what is open; False if it could not be saved, and then it stays open."""
-        self.settle_typing()
-        if self.unsaved and not self.save():
+        if not self._is_saved():
             return False
         self.abandon()
         return True
@@ -151,18 +139,14 @@ class Session(SessionEditing):
 
     def recover(self, recovery: Recovery) -> None:
         """Open the document of a recovery, with its unsaved edits as one edit that can be undone."""
-        if not self.close_volume():
-            return
-        path = recovery.annotation_path
-        paths = [item.annotation_path for item in self.items]
-        if path in paths:
-            self._set_worklist(self._worklist, paths.index(path))
-        else:
-            item = item_of_document(recovery.document, path)
-            alone = Worklist(path, item.label, path.parent, (item,), recovery.document.annotator)
-            self._set_worklist(alone, 0)
-        request = self._request(self.items[paths.index(path) if path in paths else 0])
-        self._opener.open(replace(request, recovery=recovery))
+        present = self._worklist
+        self.jobs.start(
+            f"Looking for {recovery.annotation_path.name}",
+            lambda _progress, _cancelled: worklist_with(recovery.document, recovery.annotation_path, present),
+            done=lambda place: self._open(*place, recovery=recovery),
+            failed=self._raise_error,
+            shown=False,
+        )
 
     def discard_recovery(self, recovery: Recovery) -> None:
         """Delete what a dead program left behind."""
@@ -181,13 +165,47 @@ class Session(SessionEditing):
     def reload(self) -> None:
         """Read the document from its file again, and give up the unsaved edits once that has succeeded."""
         if self._current_index is not None:
-            self._opener.open(self._request(self.items[self._current_index]))
+            self._open(self._worklist, self._current_index, rereads=True)
 
     def set_status(self, status: Status) -> None:
         """Mark the document as done, which saves it, or as in progress."""
         words = status.replace("_", " ")
-        if self._edit(f"Mark as {words}", lambda document: edits.set_status(document, status)):
-            self.save()
+        if not self._edit(f"Mark as {words}", lambda document: edits.set_status(document, status)):
+            return
+        if self.save() and status == "done" and self._document is not None:
+            placed = self._document.positions_um
+            missing = [keypoint.name for keypoint in self._document.keypoints if keypoint.name not in placed]
+            self.message_posted.emit(
+                f"Done, though {', '.join(missing)} have no position" if missing else "Done and saved"
+            )
+
+    def _look_at(self, path: Path, read: Callable[[], Result], done: Callable[[Result], None]) -> None:
+        if self._looking is not None:
+            # The last wish counts, not the slowest folder.
+            self.jobs.cancel(self._looking)
+        self._looking = self.jobs.start(
+            f"Looking at {path.name}",
+            lambda _progress, _cancelled: read(),
+            done=done,
+            failed=self._raise_error,
+        )
+
+    def _open(
+        self, worklist: Worklist, index: int, *, recovery: Recovery | None = None, rereads: bool = False
+    ) -> None:
+        if not rereads and not self._is_saved():
+            return
+        if self._opened is None:
+            self._set_worklist(worklist, None)
+        tool_name = worklist.tool_name or self._options.tool_name
+        folders = self._tool_folders(worklist)
+        self._opener.open(
+            OpeningRequest(worklist, index, tool_name, folders, recovery=recovery, rereads=rereads)
+        )
+
+    def _is_saved(self) -> bool:
+        self.settle_typing()
+        return not self.unsaved or self.save()
 
     def _save(self, *, overwrite: bool, path: Path | None) -> bool:
         try:
@@ -219,11 +237,11 @@ class Session(SessionEditing):
                 # A journal that cannot be deleted is offered again; it must not keep the document open.
                 self.error_raised.emit(error)
 
-    def _request(self, item: WorkItem) -> OpeningRequest:
-        return OpeningRequest(item, self.annotator_name, self.tool_name, self._tool_folders())
-
     def _step(self, by: int) -> None:
-        index = (self._current_index if self._current_index is not None else -by) + by
+        waiting = self._opener.request
+        # Pressed twice: from where the first press leads.
+        here = waiting.index if waiting and waiting.worklist == self._worklist else self._current_index
+        index = (here if here is not None else -by) + by
         if 0 <= index < len(self.items):
             self.open_item(index)
         else:
@@ -259,16 +277,17 @@ class Session(SessionEditing):
         self.save_state_changed.emit()
 
     def _first_view(self, opened: Opened) -> View:
-        unplaced = self._next_unplaced()
+        keypoints = opened.document.keypoints
+        unplaced = (keypoint.name for keypoint in keypoints if keypoint.state == "unplaced")
         shape = opened.found.volume.shape
         middle_um = vector(
-            [(size - 1) / 2 * step for size, step in zip(shape, opened.spacing_um, strict=True)]
+            [(size - 1) // 2 * step for size, step in zip(shape, opened.spacing_um, strict=True)]
         )
         low, high = opened.window
         return replace(
             self._view,
             crosshair_um=middle_um,
-            active_keypoint=unplaced or opened.document.keypoints[0].name,
+            active_keypoint=next(unplaced, keypoints[0].name),
             preview=None,
             window=opened.window,
             opacity_threshold=low + 0.25 * (high - low),
@@ -281,29 +300,43 @@ class Session(SessionEditing):
             self.recovery_requested.emit(recoveries)
 
     def _on_worklist_read(self, worklist: Worklist) -> None:
-        self._looking = None
-        if not self.close_volume():
-            return
-        self._set_worklist(worklist, None)
         if worklist.items:
-            self.open_item(worklist.first)
+            self._open(worklist, worklist.first)
+        elif self.close_volume():
+            self._set_worklist(worklist, None)
 
     def _on_opener_opened(self, opened: Opened) -> None:
-        # Something is open still where a document was to be read again: only now its edits are given up.
+        request = opened.found.request
+        if not request.rereads and not self._may_give_way_to(opened):
+            return
+        self._levels.cancel()
+        self._refiner.cancel()
         self._close_file(nothing_left=True)
+        self._worklist, self._current_index = request.worklist, request.index
         try:
             self._install(opened)
         except SaveError as error:
-            self._opened = None
+            self._opened, self._current_index = None, None
             self._install(None)
-            self._set_worklist(self._worklist, None)
+            self.worklist_changed.emit()
             self.error_raised.emit(error)
             return
+        self.worklist_changed.emit()
         self._levels.load_averaged(opened.found.volume, opened.spacing_um)
         for warning in opened.warnings:
             self.error_raised.emit(warning)
-        if (recovery := opened.found.request.recovery) is not None:
-            self._go_on_from(recovery)
+        if request.recovery is not None:
+            self._go_on_from(request.recovery)
+
+    def _may_give_way_to(self, opened: Opened) -> bool:
+        """Save what was edited while the other volume was read; False if the open document must stay."""
+        if not self._is_saved():
+            return False
+        item = opened.found.item
+        if self._file is None or self._file.path != item.annotation_path:
+            return True
+        # The open document itself, and what was read of its file may be older than the edits since.
+        return file_identity(item.annotation_path) == opened.found.identity
 
     def _go_on_from(self, recovery: Recovery) -> None:
         self._edit("Recover unsaved edits", lambda _document: recovery.document)
@@ -315,14 +348,11 @@ class Session(SessionEditing):
             # The old journal stays where the new one could not take over.
             self.error_raised.emit(error)
 
-    def _on_opener_failed(self, error: Exception) -> None:
-        if self._opened is None:
-            self._set_worklist(self._worklist, None)
+    def _on_opener_failed(self, request: OpeningRequest, error: Exception) -> None:
+        # What is open stays; but of a study whose first volume is bad, a person wants to see the others.
+        if request.worklist.is_folder and request.worklist is not self._worklist and self.close_volume():
+            self._set_worklist(request.worklist, None)
         self._raise_error(error)
-
-    def _on_opener_cancelled(self) -> None:
-        if self._opened is None:
-            self._set_worklist(self._worklist, None)
 
     def _on_autosave_save_requested(self) -> None:
         if not self.unsaved:

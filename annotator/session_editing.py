@@ -132,7 +132,7 @@ class SessionEditing(SessionState):
             return
         position_um = self.shown_positions_um().get(name)
         if position_um is None:
-            self.message_posted.emit(f"{name} is not placed yet")
+            self.message_posted.emit(f"{name} is not placed yet: choose the keypoint to move first")
             return
         moved_um = placing.nudged(position_um, axis, voxels, self.spacing_um)
         preview = self._view.preview

@@ -191,7 +191,7 @@ class SessionState(QObject):
 
     def tools(self) -> Mapping[str, ToolSpecification]:
         """Return the tools that can be chosen, by name; ToolError where their files are wrong."""
-        return find_tools(self._tool_folders())
+        return find_tools(self._tool_folders(self._worklist))
 
     # Looking: never on the undo stack
 
@@ -212,8 +212,8 @@ class SessionState(QObject):
         if wanted.detail and (before.detail, before.active_keypoint) != (True, wanted.active_keypoint):
             self._load_detail()
 
-    def _tool_folders(self) -> tuple[Path, ...]:
-        return (self._worklist.folder / "tools", self._options.user_tool_folder)
+    def _tool_folders(self, worklist: Worklist) -> tuple[Path, ...]:
+        return (worklist.folder / "tools", self._options.user_tool_folder)
 
     def _edit(self, text: str, edit: Callable[[Annotation], Annotation]) -> bool:
         """Make one pure edit and push it; False if it was refused."""
@@ -234,8 +234,7 @@ class SessionState(QObject):
         # First on disk, then on the screen: whatever a view does next, the edit is safe.
         self._autosave.record(document)
         self.document_changed.emit(before, document)
-        if before is not None and before.status != document.status:
-            self._refresh_item()
+        self._refresh_item()
 
     def _refuse(self, error: EditRefused) -> None:
         self.message_posted.emit(str(error))

@@ -21,9 +21,7 @@ class VolumeOpener(QObject):
     Signals
     -------
     opened : Opened
-    failed : Exception
-    cancelled
-        A person cancelled the job.
+    failed : OpeningRequest, Exception
     spacing_requested : Volume, (float, float, float)
         Nothing says the spacing: answer with `provide_spacing` or `decline`.
     dataset_requested : Path, tuple of DatasetChoice
@@ -40,8 +38,7 @@ class VolumeOpener(QObject):
     """
 
     opened = Signal(object)
-    failed = Signal(object)
-    cancelled = Signal()
+    failed = Signal(object, object)
     spacing_requested = Signal(object, object)
     dataset_requested = Signal(object, object)
 
@@ -61,6 +58,11 @@ class VolumeOpener(QObject):
         self._job: Job | None = None
         self._request: OpeningRequest | None = None
         self._found: Found | None = None
+
+    @property
+    def request(self) -> OpeningRequest | None:
+        """What is being opened."""
+        return self._request
 
     def open(self, request: OpeningRequest) -> None:
         """Begin to open an item; ``opened`` or ``failed`` follows, or a question."""
@@ -93,12 +95,10 @@ class VolumeOpener(QObject):
             self._remember_spacing(found.fingerprint, answer)
         self._prepare(found, answer.spacing_um, "as answered")
 
-    def decline(self, path: Path) -> bool:
-        """Answer a question with no; False if it was about an opening that was superseded."""
-        if self._request is None or self._request.item.volume_path != path:
-            return False
-        self.cancel()
-        return True
+    def decline(self, path: Path) -> None:
+        """Answer a question with no; ignored if it was about an opening that was superseded."""
+        if self._request is not None and self._request.item.volume_path == path:
+            self.cancel()
 
     def cancel(self) -> None:
         """Open nothing after all."""
@@ -131,11 +131,10 @@ class VolumeOpener(QObject):
         if isinstance(error, DatasetChoiceNeeded) and self._request is not None:
             self.dataset_requested.emit(self._request.item.volume_path, error.choices)
             return
-        self._job = self._request = self._found = None
-        self.failed.emit(error)
+        request, self._job, self._request, self._found = self._request, None, None, None
+        self.failed.emit(request, error)
 
     def _on_job_cancelled(self) -> None:
         # By a person: where another opening takes the place of one, that is no end.
         if self._job is not None and self._job.state == "cancelled":
             self._job = self._request = self._found = None
-            self.cancelled.emit()

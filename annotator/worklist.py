@@ -68,6 +68,11 @@ class Worklist:
     first: int = 0
     tool_name: str | None = None
 
+    @property
+    def is_folder(self) -> bool:
+        """Whether a whole study or folder was asked for, rather than one of its files."""
+        return self.path == self.folder
+
     def with_item(self, index: int, item: WorkItem) -> "Worklist":
         """Return the list with one item replaced."""
         return replace(self, items=(*self.items[:index], item, *self.items[index + 1 :]))
@@ -111,6 +116,27 @@ def _read(path: Path, annotator: str) -> Worklist:
         raise UserError("there is no such file or folder", where=path, remedy="Check its name")
     siblings = volume_paths(path.parent)
     return _of_files(path, siblings if path in siblings else [path], annotator)
+
+
+def worklist_with(document: Annotation, path: Path, present: Worklist) -> tuple[Worklist, int]:
+    """Return the list that a document's file belongs to, and its place there.
+
+    The present list if it is in there, else that of its study or folder, else one of its own.
+    """
+    for worklist in (present, _around(document, path)):
+        for index, item in enumerate(worklist.items if worklist else ()):
+            if worklist is not None and item.annotation_path == path:
+                return worklist, index
+    item = item_of_document(document, path)
+    return Worklist(path, item.label, path.parent, (item,), document.annotator), 0
+
+
+def _around(document: Annotation, path: Path) -> Worklist | None:
+    """Read the study or folder below which a file is kept as `annotation_path` says, if it is."""
+    if len(path.parents) > 2 and path.parents[1].name == "annotations":
+        with contextlib.suppress(UserError):
+            return read_worklist(path.parents[2], document.annotator)
+    return None
 
 
 def item_of_document(document: Annotation, path: Path) -> WorkItem:

@@ -233,3 +233,55 @@ def test_another_tool_for_an_untouched_document(qtbot: QtBot, session: Session) 
         session.choose_tool("magnetic-forceps")
     assert "stays with needle" in said.args[0]
     assert session.document.tool == "needle"
+
+
+def test_a_bad_file_leaves_what_is_open(qtbot: QtBot, session: Session, tmp_path: Path) -> None:
+    session.place((1.0, 2.0, 3.0))
+    before, items, index = session.document, session.items, session.current_index
+    bad = tmp_path / "bad.npy"
+    bad.write_bytes(b"\x93NUMPY, and then nothing")
+    assert str(bad) in error_of(qtbot, session, bad)
+    assert session.document == before
+    assert session.current_index == index
+    assert [item.volume_path for item in session.items] == [item.volume_path for item in items]
+
+
+def test_a_folder_whose_first_volume_is_bad_is_listed(qtbot: QtBot, session: Session, tmp_path: Path) -> None:
+    folder = tmp_path / "mixed"
+    folder.mkdir()
+    (folder / "a.npy").write_bytes(b"")
+    np.save(folder / "b.npy", np.zeros((3, 4, 5), np.uint8))
+    error_of(qtbot, session, folder)
+    assert [item.label for item in session.items] == ["a.npy", "b.npy"]
+    assert session.volume is None
+
+
+def test_what_was_edited_while_another_volume_was_read_is_saved(
+    qtbot: QtBot, session: Session, volume_path: Path
+) -> None:
+    other = volume_path.with_name("v002.npy")
+    shutil.copy(volume_path, other)
+    shutil.copy(sidecar_path(volume_path), sidecar_path(other))
+    path = session.annotation_path
+    session.open_path(other)
+    session.place((7.0, 8.0, 9.0))
+    qtbot.waitUntil(lambda: session.volume is not None and session.volume.path == other)
+    assert path is not None
+    assert json.loads(path.read_text())["keypoints"][0]["position_um"] == [7.0, 8.0, 9.0]
+
+
+def test_two_presses_of_next_go_two_volumes_on(qtbot: QtBot, session: Session, volume_path: Path) -> None:
+    for name in ("v002.npy", "v003.npy"):
+        shutil.copy(volume_path, volume_path.with_name(name))
+        shutil.copy(sidecar_path(volume_path), sidecar_path(volume_path.with_name(name)))
+    open_and_wait(qtbot, session, volume_path)
+    session.next_volume()
+    session.next_volume()
+    qtbot.waitUntil(lambda: session.current_index == 2)
+
+
+def test_done_says_what_is_missing(qtbot: QtBot, session: Session) -> None:
+    session.place((1.0, 2.0, 3.0))
+    with qtbot.waitSignal(session.message_posted) as said:
+        session.set_status("done")
+    assert "k1, k2, k3, k4, k5 have no position" in said.args[0]
