@@ -139,13 +139,11 @@ class Session(SessionEditing):
 
     def recover(self, recovery: Recovery) -> None:
         """Open the document of a recovery, with its unsaved edits as one edit that can be undone."""
-        present = self._worklist
-        self.jobs.start(
-            f"Looking for {recovery.annotation_path.name}",
-            lambda _progress, _cancelled: worklist_with(recovery.document, recovery.annotation_path, present),
-            done=lambda place: self._open(*place, recovery=recovery),
-            failed=self._raise_error,
-            shown=False,
+        present, path = self._worklist, recovery.annotation_path
+        self._look_at(
+            path,
+            lambda: worklist_with(recovery.document, path, present),
+            lambda place: self._open(*place, recovery=recovery),
         )
 
     def discard_recovery(self, recovery: Recovery) -> None:
