@@ -20,7 +20,15 @@ from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
-from annotations.volumes import Level, Volume, fingerprint, intensity_window, open_volume, strided_preview
+from annotations.volumes import (
+    Level,
+    Volume,
+    fingerprint,
+    intensity_window,
+    open_volume,
+    strided_preview,
+    surface_threshold,
+)
 from annotator.spacing_answer import SpacingAnswer
 from annotator.worklist import WorkItem, Worklist
 
@@ -92,6 +100,8 @@ class Opened:
         Where the spacing comes from, in words.
     window : (float, float)
         Intensities that make a good first picture.
+    opacity_threshold : float
+        Intensity that tells surfaces from speckle.
     warnings : tuple of UserError
         What the annotator must know before going on.
     """
@@ -102,6 +112,7 @@ class Opened:
     spacing_note: str
     level: Level
     window: tuple[float, float]
+    opacity_threshold: float
     warnings: tuple[UserError, ...]
 
 
@@ -216,4 +227,13 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
         )
         for finding in compare(document.volume, found.volume, found.fingerprint)
     )
-    return Opened(found, document, spacing_um, spacing_note, level, intensity_window(level), warnings)
+    return Opened(
+        found,
+        document,
+        spacing_um,
+        spacing_note,
+        level,
+        intensity_window(level),
+        surface_threshold(level),
+        warnings,
+    )

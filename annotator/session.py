@@ -281,14 +281,13 @@ class Session(SessionEditing):
         middle_um = vector(
             [(size - 1) // 2 * step for size, step in zip(shape, opened.spacing_um, strict=True)]
         )
-        low, high = opened.window
         return replace(
             self._view,
             crosshair_um=middle_um,
             active_keypoint=next(unplaced, keypoints[0].name),
             preview=None,
             window=opened.window,
-            opacity_threshold=low + 0.25 * (high - low),
+            opacity_threshold=opened.opacity_threshold,
             cropping_um=None,
             detail=False,
         )
