@@ -28,7 +28,7 @@ class SessionOptions:
     tool_name : str
         The tool of volumes that belong to no study.
     spacing_override_um : (float, float, float) or None
-        For volumes whose spacing nothing says; nobody is asked then.
+        Said when the program was started, and so before what files say; an annotation keeps its own.
     autosave_s : float
         Seconds from an edit to the annotation's file; 0 leaves saving to the person. Journals are
         always kept.
