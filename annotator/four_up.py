@@ -17,7 +17,9 @@ from PySide6.QtWidgets import (
 
 from annotator import theme
 from annotator.application import running_application
+from annotator.click_meaning import click_meaning
 from annotator.icons import icon
+from annotator.labels import ColoredLabel
 from annotator.session import Session
 from annotator.slices.slice_view import SliceView
 from annotator.view import Pane, View
@@ -54,7 +56,7 @@ class PaneHeader(QFrame):
         self.setAccessibleName(f"{_TITLES[pane]}, header")
         self.setToolTip("Double click: let this pane fill the window, or show all four")
         self._axis = SLICE_PANES.index(pane) if pane in SLICE_PANES else None
-        self._is_used = self._is_placing = False
+        self._is_used = self._is_placing = self._is_maximized = False
         title = QLabel(_TITLES[pane])
         title.setObjectName(f"title_{pane}")
         self._button = QToolButton()
@@ -69,14 +71,35 @@ class PaneHeader(QFrame):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(10, 0, 2, 2)
         layout.addWidget(title, 1)
+        # The slices say it over their images.
+        self._placing = ColoredLabel()
+        self._placing.setObjectName(f"placing_{pane}")
+        self._placing.set_color(lambda colors: colors.placing)
+        font = self._placing.font()
+        font.setBold(True)
+        self._placing.setFont(font)
+        self._placing.setVisible(False)
+        layout.addWidget(self._placing)
         layout.addWidget(self._button)
 
-    def show_state(self, *, is_used: bool, is_maximized: bool, is_placing: bool) -> None:
+    def show_state(self, *, is_used: bool, is_maximized: bool, placing: str) -> None:
         """Show whether the pane was used last, whether it fills the window, and what a click in it does."""
-        self._is_used, self._is_placing = is_used, is_placing
-        self._button.setIcon(icon("restore" if is_maximized else "maximize", self.palette()))
+        self._is_used, self._is_placing, self._is_maximized = is_used, bool(placing), is_maximized
+        if self._axis is None:
+            self._placing.setText(placing)
+            self._placing.setVisible(bool(placing))
         self._button.setToolTip("Show all four panes" if is_maximized else "Let this pane fill the window")
+        self._draw_icon()
         self.update()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        # The palette of the window that holds the header may not be the new one yet.
+        if event.type() == QEvent.Type.PaletteChange:
+            self._draw_icon()
+
+    def _draw_icon(self) -> None:
+        self._button.setIcon(icon("restore" if self._is_maximized else "maximize", self.palette()))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
@@ -144,6 +167,7 @@ class FourUp(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._columns)
         session.view_changed.connect(self._on_session_view_changed)
+        session.document_changed.connect(self._on_session_document_changed)
         running_application().focusChanged.connect(self._on_application_focus_changed)
         self._draw()
 
@@ -209,25 +233,28 @@ class FourUp(QWidget):
             row.setVisible(maximized is None or maximized in panes)
 
     def _draw(self) -> None:
-        view = self._session.view
+        view, placing = self._session.view, click_meaning(self._session)
         for pane, header in self._headers.items():
             header.show_state(
                 is_used=pane == self.used_pane,
                 is_maximized=pane == view.maximized,
-                is_placing=view.mode == "place",
+                placing=placing,
             )
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._draw()
 
     @Slot(object, object)
     def _on_session_view_changed(self, before: View, after: View) -> None:
         if before.maximized != after.maximized:
             self._arrange()
-        if (before.maximized, before.mode) != (after.maximized, after.mode):
+        if (before.maximized, before.mode, before.active_keypoint) != (
+            after.maximized,
+            after.mode,
+            after.active_keypoint,
+        ):
             self._draw()
+
+    @Slot(object, object)
+    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+        self._draw()
 
     @Slot()
     def _on_row_splitter_moved(self) -> None:

@@ -1,18 +1,22 @@
 """The line at the window's foot: the cursor's place, the mode, the spacing, whether all is saved."""
 
-from PySide6.QtCore import QEvent
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
 
 from annotations.geometry.frames import Vector
 from annotator import theme
+from annotator.click_meaning import is_active_locked
 from annotator.labels import ElidedText
 from annotator.session import Session
 from annotator.view import View
 
 _MESSAGE_MS = 8000
+_LONGEST_NAME_PX = 160
 _SETTLING = "Return keeps {0}, a click from another angle settles its depth, Esc drops it"
 _PROPOSED = "Return keeps {0} here, Esc drops it"
+_DRAGGED = "Letting go keeps {0} here, Esc drops it"
 _PLACING = "A click places {0}"
+_LOCKED = "{0} is locked: unlock it, or choose another keypoint"
 _ALL_HIDDEN = "Overlays are hidden"
 
 
@@ -32,9 +36,12 @@ class StatusLine(QStatusBar):
         self._spacing = self._label("status_spacing", "Voxel spacing")
         self._mode = self._label("status_mode", "Mode")
         self._saved = self._label("status_saved", "Whether the annotation is saved")
+        self._annotator = self._label("status_annotator", "Who annotates")
         session.message_posted.connect(self._on_session_message_posted)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
+        session.document_changed.connect(self._on_session_document_changed)
+        session.worklist_changed.connect(self._on_session_worklist_changed)
         session.save_state_changed.connect(self._on_session_save_state_changed)
         self._draw_all()
 
@@ -57,7 +64,9 @@ class StatusLine(QStatusBar):
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self._draw_mode()
+            self._draw_spacing()
             self._draw_saved()
+            self._draw_annotator()
 
     def _label(self, name: str, accessible_name: str) -> QLabel:
         label = QLabel()
@@ -73,21 +82,27 @@ class StatusLine(QStatusBar):
         self._draw_mode()
         self._draw_spacing()
         self._draw_saved()
+        self._draw_annotator()
 
     def _draw_hint(self) -> None:
         view = self._session.view
         hint = ""
-        if view.overlays_hidden:
+        if self._session.volume is None:
+            hint = ""
+        elif view.overlays_hidden:
             hint = _ALL_HIDDEN
         elif view.preview is not None and view.preview.ray is not None:
             hint = _SETTLING.format(view.preview.keypoint)
+        elif view.preview is not None and view.preview.source == "dragged":
+            hint = _DRAGGED.format(view.preview.keypoint)
         elif view.preview is not None:
             hint = _PROPOSED.format(view.preview.keypoint)
         elif view.mode == "place" and view.active_keypoint is not None:
-            hint = _PLACING.format(view.active_keypoint)
+            hint = (_LOCKED if is_active_locked(self._session) else _PLACING).format(view.active_keypoint)
         self._hint.setText(hint)
 
     def _draw_mode(self) -> None:
+        self._mode.setVisible(self._session.volume is not None)
         placing = self._session.view.mode == "place"
         self._mode.setText("Placing" if placing else "Navigating")
         colors = theme.colors(self.palette())
@@ -115,6 +130,13 @@ class StatusLine(QStatusBar):
         colors = theme.colors(self.palette())
         _paint(self._saved, colors.warning.name() if unsaved else colors.muted.name(), bold=False)
 
+    def _draw_annotator(self) -> None:
+        name = self._session.annotator_name
+        shown = self.fontMetrics().elidedText(name, Qt.TextElideMode.ElideRight, _LONGEST_NAME_PX)
+        self._annotator.setText(shown)
+        self._annotator.setToolTip(f"{name} annotates; the settings in the menu Edit change who does")
+        _paint(self._annotator, theme.colors(self.palette()).muted.name(), bold=False)
+
     def _on_session_message_posted(self, message: str) -> None:
         self.showMessage(message, _MESSAGE_MS)
 
@@ -130,6 +152,13 @@ class StatusLine(QStatusBar):
                 self.clearMessage()
             self._draw_hint()
             self._draw_mode()
+
+    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+        # A lock may have come or gone.
+        self._draw_hint()
+
+    def _on_session_worklist_changed(self) -> None:
+        self._draw_annotator()
 
     def _on_session_volume_changed(self) -> None:
         self._draw_all()

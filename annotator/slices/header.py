@@ -21,8 +21,8 @@ class Header:
 
     Attributes
     ----------
-    plane : str
-        Which plane it is.
+    plane : tuple of str
+        Which plane it is, in fewer and fewer words: the first that finds room is written.
     readout : str
         What is under the cursor; empty where it is elsewhere.
     placing : str
@@ -31,19 +31,21 @@ class Header:
         Whether the image is yet to become sharp.
     """
 
-    plane: str
+    plane: tuple[str, ...]
     readout: str = ""
     placing: str = ""
     remark: str = ""
 
 
-def plane_text(plane: Plane, index: int) -> str:
-    """Return which plane this is: its axes, where it lies, and its index and the last one."""
+def plane_texts(plane: Plane, index: int) -> tuple[str, ...]:
+    """Return which plane this is, in fewer and fewer words: axes, where it lies, its index and the last."""
     first, second = (AXIS_NAMES[axis] for axis in range(3) if axis != plane.axis)
+    across, last = AXIS_NAMES[plane.axis], plane.shape[plane.axis] - 1
     position_mm = plane.depth_um(index) / 1000
     return (
-        f"{first}–{second} plane · {AXIS_NAMES[plane.axis]} = {position_mm:.3f} mm "
-        f"({index}/{plane.shape[plane.axis] - 1})"
+        f"{first}–{second} plane · {across} = {position_mm:.3f} mm ({index}/{last})",
+        f"{across} {index}/{last} · {position_mm:.3f} mm",
+        f"{across} {index}/{last}",
     )
 
 
@@ -68,7 +70,10 @@ def paint_header(painter: QPainter, area: Area, header: Header, colors: Colors) 
             painter, QPointF(right, top), header.remark, color, corner | Qt.AlignmentFlag.AlignRight
         )
         right = remark.left() - PADDING_PX
-    line = _paint_line(painter, QPointF(left, top), header.plane, right - left)
+    room_px = int(right - left - 2 * PADDING_PX)
+    width = painter.fontMetrics().horizontalAdvance
+    plane = next((text for text in header.plane if width(text) <= room_px), header.plane[-1])
+    line = _paint_line(painter, QPointF(left, top), plane, right - left)
     if header.readout:
         _paint_line(painter, QPointF(left, line + 1), header.readout, area.width - MARGIN_PX)
 

@@ -17,12 +17,13 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from annotations.documents.annotation import Annotation
 from annotations.volumes import SliceImage, level_slice
 from annotator import theme
+from annotator.click_meaning import click_meaning
 from annotator.colormaps import COLORMAPS
 from annotator.session import Session
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.gestures import SliceGestures
 from annotator.slices.guides import paint_axis_names, paint_crosshair, paint_scale_bar
-from annotator.slices.header import COARSE, FAILED, Header, paint_header, plane_text
+from annotator.slices.header import COARSE, FAILED, Header, paint_header, plane_texts
 from annotator.slices.marks import Mark, mark_under, marks
 from annotator.slices.overlays import paint_links, paint_marks
 from annotator.slices.picture import SlicePicture
@@ -213,7 +214,7 @@ class SliceView(QWidget):
         """Take the sharp image if it is in memory, else a coarse one until the sharp one arrives."""
         self._index = index
         if self._viewport is not None:
-            self.setAccessibleDescription(plane_text(self._viewport.plane, index))
+            self.setAccessibleDescription(plane_texts(self._viewport.plane, index)[0])
         sharp = self._fetcher.fetch(self.axis, self._index)
         if sharp is not None:
             self._image = sharp
@@ -266,14 +267,14 @@ class SliceView(QWidget):
             paint_axis_names(painter, viewport, OVER_IMAGE.axes)
         if "scale_bar" in view.layers:
             paint_scale_bar(painter, viewport)
-        paint_header(painter, viewport.area, self._header(viewport, view), OVER_IMAGE)
+        paint_header(painter, viewport.area, self._header(viewport), OVER_IMAGE)
 
-    def _header(self, viewport: Viewport, view: View) -> Header:
+    def _header(self, viewport: Viewport) -> Header:
         readout = self._readout()
         return Header(
-            plane=plane_text(viewport.plane, self._index),
+            plane=plane_texts(viewport.plane, self._index),
             readout=readout.text if readout is not None else "",
-            placing=f"place {view.active_keypoint or '—'}" if view.mode == "place" else "",
+            placing=click_meaning(self._session),
             remark="" if self.is_sharp else FAILED if self._fetcher.is_failing else COARSE,
         )
 

@@ -2,6 +2,7 @@ import pytest
 from PySide6.QtWidgets import QLabel, QWidget
 
 from annotations.volumes import Ray
+from annotator import theme
 from annotator.status_line import StatusLine
 from annotator.view import Preview
 
@@ -72,3 +73,41 @@ def test_whether_all_is_saved(line, session):
     assert text(line, "status_saved") == "Saved"
     session.close_volume()
     assert not line.findChild(QLabel, "status_saved").isVisible()
+
+
+def test_locked_keypoint_is_not_offered_to_a_click(line, session):
+    session.place(A_UM)
+    session.activate("k0")
+    session.set_mode("place")
+    session.set_locked("k0", True)
+    assert text(line, "status_hint").startswith("k0 is locked")
+    session.set_locked("k0", False)
+    assert text(line, "status_hint") == "A click places k0"
+
+
+def test_drag_is_kept_by_letting_go(line, session):
+    session.look(preview=Preview("k2", A_UM, "dragged"))
+    assert text(line, "status_hint") == "Letting go keeps k2 here, Esc drops it"
+
+
+def test_annotator_is_named(line, session):
+    label = line.findChild(QLabel, "status_annotator")
+    assert label.text() == "anna"
+    assert "settings" in label.toolTip()
+
+
+def test_nothing_is_placed_where_nothing_is_open(line, session):
+    session.set_mode("place")
+    session.close_volume()
+    assert text(line, "status_hint") == ""
+    assert not line.findChild(QLabel, "status_mode").isVisible()
+
+
+def test_colours_follow_the_theme(line):
+    line.say_spacing_is_unknown()
+    for dark in (True, False):
+        palette = theme.palette(dark=dark)
+        line.setPalette(palette)
+        colors = theme.colors(palette)
+        assert colors.warning.name() in line.findChild(QLabel, "status_spacing").styleSheet()
+        assert colors.muted.name() in line.findChild(QLabel, "status_annotator").styleSheet()

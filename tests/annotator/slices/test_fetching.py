@@ -220,11 +220,11 @@ def test_views_show_the_coarse_level_at_once_and_become_sharp(
     assert not view.is_sharp
     middle = view.grab().toImage().pixelColor(150, 150)
     assert middle.lightness() > 100, "the bright slab is in the coarse level"
-    assert view._header(view.viewport, session.view).remark == "…"  # type: ignore[arg-type]
+    assert view._header(view.viewport).remark == "…"  # type: ignore[arg-type]
 
     disk.gate.set()
     qtbot.waitUntil(lambda: view.is_sharp)
-    assert view._header(view.viewport, session.view).remark == ""  # type: ignore[arg-type]
+    assert view._header(view.viewport).remark == ""  # type: ignore[arg-type]
 
 
 def test_scrolling_goes_on_while_the_disk_hangs(
@@ -254,4 +254,4 @@ def test_a_view_keeps_the_coarse_image_and_says_so_when_reading_fails(
 
     assert not view.is_sharp
     assert view._image is not None
-    assert "cannot be read" in view._header(view.viewport, session.view).remark  # type: ignore[arg-type]
+    assert "cannot be read" in view._header(view.viewport).remark  # type: ignore[arg-type]

@@ -119,9 +119,22 @@ def test_the_crosshair_names_the_planes(views: Views, session: Session) -> None:
     session.look(crosshair_um=(12 * 15.9, 20 * 13.5, 45 * 9.4))
 
     assert [view.index for view in views] == [12, 20, 45]
-    header = views[0]._header(views[0].viewport, session.view)  # type: ignore[arg-type]
-    assert header.plane == "y–z plane · x = 0.191 mm (12/39)"
-    assert views[0].accessibleDescription() == header.plane
+    header = views[0]._header(views[0].viewport)  # type: ignore[arg-type]
+    assert header.plane == ("y–z plane · x = 0.191 mm (12/39)", "x 12/39 · 0.191 mm", "x 12/39")
+    assert views[0].accessibleDescription() == header.plane[0]
+
+
+def test_the_header_says_what_a_click_places(views: Views, session: Session) -> None:
+    def placing() -> str:
+        return views[0]._header(views[0].viewport).placing  # type: ignore[arg-type]
+
+    assert placing() == ""
+    session.set_mode("place")
+    assert placing() == "place k0"
+    session.place((200.0, 300.0, 200.0))
+    session.activate("k0")
+    session.set_locked("k0", True)
+    assert placing() == "k0 is locked"
 
 
 def test_wheel_scrolls_one_plane_and_ten_with_shift(views: Views, session: Session, hand: Any) -> None:
