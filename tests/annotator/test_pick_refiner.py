@@ -139,7 +139,7 @@ def of_all(errors_um: list[float]) -> tuple[float, float]:
     return float(np.median(errors_um)), float(np.percentile(np.abs(errors_um), 95))
 
 
-# A voxel is 170 µm wide in the strided level, 120 µm in the averaged one, and 64 µm in the volume itself. What
+# A voxel is 170 µm wide in the strided level, 120 µm in the averaged one, 64 µm in the volume itself. What
 # smoothing and the beam's width smear lies before the surface, so that the median is negative.
 @pytest.mark.parametrize("threshold", ["low", "above"])
 @pytest.mark.parametrize(("kind", "median_um", "most_um"), [("strided", 280, 700), ("averaged", 260, 480)])
