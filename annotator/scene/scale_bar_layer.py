@@ -1,11 +1,10 @@
 """A bar of a round length, in mm or µm, that is right at every zoom."""
 
-import math
-
 import vtk
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
+from annotator.scale_bar import length_text, round_length_um
 from annotator.scene.colors import TEXT
 from annotator.scene.picking import Picture
 from annotator.scene.sprites import Sprite, blank, paint_text, text_size_px
@@ -48,17 +47,6 @@ class ScaleBarLayer:
             picture.height_px - _MARGIN_PX - height_px,
             picture.height_px,
         )
-
-
-def round_length_um(longest_um: float) -> float:
-    """Return the greatest of 1, 2, 5, 10, 20, 50 … (and their tenths, hundredths …) that is not too long."""
-    decade = 10.0 ** math.floor(math.log10(longest_um))
-    return max(part * decade for part in (1, 2, 5) if part * decade <= longest_um * (1 + 1e-9))
-
-
-def length_text(length_um: float) -> str:
-    """Return a length as a person reads it: in mm from 1 mm on, else in µm."""
-    return f"{length_um / 1000:g} mm" if length_um >= 1000 else f"{length_um:g} µm"
 
 
 def bar_picture(

@@ -4,9 +4,10 @@ from PySide6.QtCore import QLineF, QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from annotations.geometry.frames import Vector
+from annotator.scale_bar import length_text, round_length_um
 from annotator.slices.captions import paint_caption
 from annotator.slices.projection import AXIS_NAMES, Plane
-from annotator.slices.viewport import Viewport, round_length_um
+from annotator.slices.viewport import Viewport
 
 INK = QColor("#f2f2f2")
 # The middle stays free, so that the crosshair hides nothing of what it points at.
@@ -72,11 +73,6 @@ def paint_axis_names(painter: QPainter, viewport: Viewport, colors: AxisColors) 
         colors[plane.vertical],
         Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom,
     )
-
-
-def length_text(length_um: float) -> str:
-    """Return a length as a person writes it: in mm from one on, else in µm."""
-    return f"{length_um / 1000:g} mm" if length_um >= 1000 else f"{length_um:g} µm"
 
 
 def _axis_name(plane: Plane, axis: int) -> str:

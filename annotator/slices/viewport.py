@@ -1,6 +1,5 @@
 """From widget pixels to micrometres and back, for one plane: pure numbers, no widget."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
@@ -150,9 +149,3 @@ def fitting_scale(plane: Plane, area: Area) -> float:
     width_um, height_um = (high - low for low, high in zip(plane.low_um, plane.high_um, strict=True))
     room = 1 - 2 * MARGIN
     return min(max(area.width, 1.0) * room / width_um, max(area.height, 1.0) * room / height_um)
-
-
-def round_length_um(longest_um: float) -> float:
-    """Return the longest length of 1, 2 or 5 times a power of ten that is not longer than this."""
-    power = 10.0 ** math.floor(math.log10(longest_um))
-    return next(step * power for step in (5, 2, 1) if step * power <= longest_um * (1 + 1e-9))

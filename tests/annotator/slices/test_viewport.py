@@ -1,11 +1,9 @@
-import math
-
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from annotator.slices.projection import Plane
-from annotator.slices.viewport import Area, Viewport, fitting_scale, round_length_um
+from annotator.slices.viewport import Area, Viewport, fitting_scale
 
 FULL = Plane.across(0, (1096, 1936, 1152), (15.9, 13.5, 9.4), 2)
 
@@ -124,19 +122,3 @@ def test_scales_have_limits() -> None:
 
     assert fitted.zoomed(1e-9, 1, 1).scale == pytest.approx(fitting_scale(FULL, fitted.area) / 2)
     assert fitted.zoomed(1e9, 1, 1).scale == pytest.approx(80 / 9.4)
-
-
-@pytest.mark.parametrize(
-    ("longest", "length"), [(1, 1), (1.99, 1), (2, 2), (4.9, 2), (5, 5), (9.9, 5), (740, 500), (0.013, 0.01)]
-)
-def test_scale_bars_have_round_lengths(longest: float, length: float) -> None:
-    assert round_length_um(longest) == pytest.approx(length)
-
-
-@given(longest=st.floats(1e-3, 1e6))
-def test_a_scale_bar_is_no_longer_than_asked_and_not_much_shorter(longest: float) -> None:
-    length = round_length_um(longest)
-
-    assert longest / 2.5 * (1 - 1e-6) <= length <= longest * (1 + 1e-6)
-    mantissa = length / 10 ** math.floor(math.log10(length) + 1e-9)
-    assert min(abs(mantissa - step) for step in (1, 2, 5)) < 1e-6
