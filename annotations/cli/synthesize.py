@@ -6,22 +6,22 @@ import sys
 from annotations.app_folders import tool_folder
 from annotations.cli.output import write_json, write_text
 from annotations.documents.study import annotation_path
-from annotations.geometry.tool_library import find_tools
+from annotations.geometry.tool import ToolError
+from annotations.geometry.tool_library import find_tool
 from annotations.synthesis import FULL_SHAPE, write_study
 from annotations.synthesis.truth import ANNOTATOR
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Make the study; return the exit code."""
-    tools = find_tools((tool_folder(),))
-    if arguments.tool not in tools:
-        arguments.misuse(
-            f"argument --tool: there is no tool {arguments.tool!r}; known are {', '.join(sorted(tools))}"
-        )
+    try:
+        tool = find_tool(arguments.tool, (tool_folder(),))
+    except ToolError as error:
+        arguments.misuse(f"argument --tool: {error}")
     shape = tuple(arguments.shape) if arguments.shape else FULL_SHAPE
     study = write_study(
         arguments.folder,
-        tools[arguments.tool],
+        tool,
         count=arguments.count,
         seed=arguments.seed,
         shape=shape,
