@@ -24,6 +24,8 @@ _SHAPES = {
     "next_volume": "<path d='M9.5 5.5L16 12l-6.5 6.5'/>",
     "shortcut_sheet": "<rect x='2.5' y='6' width='19' height='12' rx='1.5'/>"
     "<path d='M6 10h.5 M9.8 10h.5 M13.7 10h.5 M17.5 10h.5 M7.5 14.5h9'/>",
+    "sure": "<path d='M4.5 12.8l5 5L19.5 7'/>",
+    "lock": "<rect x='5' y='10.5' width='14' height='9.5' rx='1.5'/><path d='M8 10.5V8a4 4 0 0 1 8 0v2.5'/>",
     "maximize": "<path d='M9 4H4v5 M15 4h5v5 M4 15v5h5 M20 15v5h-5'/>",
     "restore": "<path d='M4 9h5V4 M20 9h-5V4 M9 20v-5H4 M15 20v-5h5'/>",
 }

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal, Slot
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QShowEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
 
 from annotator.action_set import ActionSet
@@ -39,10 +39,14 @@ from annotator.window_handlers import WindowHandlers
 
 _TITLE = "OCT Annotator"
 _FIRST_SIZE = QSize(1600, 1000)
+# What the system's frame takes: it is drawn around the window only after that is shown.
+_FRAME_SIZE = QSize(16, 56)
 # As many as a small window has room for; the menu has them all.
 _RECENT_ON_START_PAGE = 4
-# Parts of the window's width, at the first start, on the left and on the right.
-_DOCK_WIDTHS = (0.12, 0.28)
+# Part of the window's width, at the first start, that the panels on the left take.
+_LEFT_WIDTH = 0.12
+# A narrower window has no room for a column of panels on either side of the panes.
+_TWO_COLUMNS_PX = 1280
 
 
 class MainWindow(QMainWindow):
@@ -80,6 +84,7 @@ class MainWindow(QMainWindow):
         self.session = session
         self._settings = settings
         self._is_built = False
+        self._is_arranged = False
         self._has_left = False
         self._is_closing = False
         self.questions = Questions(session, self, log_path)
@@ -162,6 +167,13 @@ class MainWindow(QMainWindow):
             self.slices[self.four_up.used_axis].setFocus()
         else:
             super().keyPressEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if not self._is_arranged:
+            # Not before its size is known.
+            self._is_arranged = True
+            self._arrange_docks()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -249,20 +261,31 @@ class MainWindow(QMainWindow):
         session.jobs.job_changed.connect(self._on_jobs_job_changed)
 
     def _restore_layout(self) -> None:
-        self.resize(_FIRST_SIZE.boundedTo(self.screen().availableSize()))
-        docks = self._docks
-        self.resizeDocks(
-            [docks["worklist"], docks["keypoints"]],
-            [round(part * self.width()) for part in _DOCK_WIDTHS],
-            Qt.Orientation.Horizontal,
-        )
-        self._parts.keep_layout()
+        self.resize(_FIRST_SIZE.boundedTo(self.screen().availableSize() - _FRAME_SIZE))
         if not self._settings.window_geometry.isEmpty():
             self.restoreGeometry(self._settings.window_geometry)
-        if not self._settings.window_state.isEmpty():
-            self.restoreState(self._settings.window_state)
         if not self._settings.panes_state.isEmpty():
             self.four_up.restore(self._settings.panes_state)
+
+    def _arrange_docks(self) -> None:
+        """Give the panes most of the window, and the panels what was left to them the last time."""
+        docks, table = self._docks, self._docks["keypoints"].sizeHint()
+        if self.width() < _TWO_COLUMNS_PX:
+            self.tabifyDockWidget(docks["display"], docks["worklist"])
+            docks["pose"].raise_()
+        self.resizeDocks(
+            [docks["worklist"], docks["keypoints"]],
+            [round(_LEFT_WIDTH * self.width()), table.width()],
+            Qt.Orientation.Horizontal,
+        )
+        self.resizeDocks(
+            [docks["keypoints"], docks["pose"]],
+            [table.height(), max(self.height() - table.height(), 1)],
+            Qt.Orientation.Vertical,
+        )
+        self._parts.keep_layout()
+        if not self._settings.window_state.isEmpty():
+            self.restoreState(self._settings.window_state)
 
     def _draw_actions(self) -> None:
         state = state_of(self.session, self._settings.recent_paths)

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotator.panels.keypoints_model import STATES, Column, Index, KeypointsModel
+from annotator.panels.keypoints_model import SHORT_STATES, STATES, Column, Index, KeypointsModel
 from annotator.panels.quiet_inputs import QuietComboBox
 
 _KEEPING_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Tab, Qt.Key.Key_Backtab)
@@ -33,6 +33,12 @@ class NameDelegate(QStyledItemDelegate):
 
 class StateDelegate(QStyledItemDelegate):
     """Chooses a keypoint's state from a list that opens at once; the choice is kept when it is made."""
+
+    def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
+        super().initStyleOption(option, index)
+        margins = option.fontMetrics.height() // 2
+        if option.fontMetrics.horizontalAdvance(option.text) > option.rect.width() - margins:
+            option.text = SHORT_STATES.get(option.text, option.text)
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QComboBox:
         editor = QuietComboBox(parent)

@@ -9,6 +9,7 @@ from PySide6.QtGui import QColor, QFont, QGuiApplication, QIcon, QPainter, QPixm
 from annotations.documents.annotation import Annotation, KeypointAnnotation
 from annotations.geometry.frames import Vector, is_inside, um_to_voxel
 from annotator import theme
+from annotator.icons import icon
 from annotator.session import Session
 from annotator.typed_numbers import NotUnderstood, Unit, parse_length_um, split_triple
 from annotator.view import View
@@ -33,7 +34,8 @@ class Column(IntEnum):
 
 
 COORDINATES = (Column.X, Column.Y, Column.Z)
-_TITLES = ("Keypoint", "x", "y", "z", "State", "Sure", "Lock", "", "Source")
+_TITLES = ("Name", "x", "y", "z", "State", "Sure", "Lock", "", "Source")
+_ICONS = {Column.SURE: "sure", Column.LOCK: "lock"}
 _EXPLANATIONS = (
     "Name, and where on the tool it is; the number is the key that makes it active",
     "Position along x; type a value, or three at once",
@@ -45,6 +47,9 @@ _EXPLANATIONS = (
     "Remove the position",
     "How the position came about",
 )
+SHORT_STATES = {"occluded": "occl.", "out of view": "out", "unplaced": "–"}
+"""Where there is no room for the words."""
+
 STATES = ("placed", "occluded", "out_of_view", "unplaced")
 
 
@@ -106,14 +111,18 @@ class KeypointsModel(QAbstractTableModel):
             return None
         column = Column(section)
         if role == Qt.ItemDataRole.DisplayRole:
-            unit = {"um": "µm", "voxel": "voxel"}[self._unit]
-            return f"{_TITLES[column]} / {unit}" if column in COORDINATES else _TITLES[column]
+            unit = {"um": "µm", "voxel": "vox"}[self._unit]
+            if column in COORDINATES:
+                return f"{_TITLES[column]} / {unit}"
+            return "" if column in _ICONS else _TITLES[column]
+        if role == Qt.ItemDataRole.DecorationRole and column in _ICONS:
+            return icon(_ICONS[column], QGuiApplication.palette())
         if role == Qt.ItemDataRole.AccessibleTextRole:
             return "Clear" if column == Column.CLEAR else _TITLES[column]
         if role == Qt.ItemDataRole.ToolTipRole:
             return _EXPLANATIONS[column]
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            if column == Column.STATE:
+            if column == Column.STATE or column in _ICONS:
                 return Qt.AlignmentFlag.AlignCenter
             side = Qt.AlignmentFlag.AlignRight if column in COORDINATES else Qt.AlignmentFlag.AlignLeft
             return side | Qt.AlignmentFlag.AlignVCenter
@@ -237,7 +246,7 @@ class KeypointsModel(QAbstractTableModel):
                 return f"{preview.source}…"
             return keypoint.source or ""
         if column in COORDINATES:
-            return self._coordinate(keypoint, column, decimals=1 if self._unit == "um" else 2) or "—"
+            return self._coordinate(keypoint, column, decimals=0 if self._unit == "um" else 1) or "—"
         return ""
 
     def _edit_text(self, keypoint: KeypointAnnotation, column: Column) -> str:
@@ -284,6 +293,9 @@ class KeypointsModel(QAbstractTableModel):
                 return "Not placed yet. A typed value takes the other two from the crosshair."
             if self._is_outside(keypoint.name):
                 return "This position is outside the volume, which is allowed."
+            unit = "µm" if self._unit == "um" else "voxels"
+            came = f", {keypoint.source}" if keypoint.source else ""
+            return f"{self._coordinate(keypoint, column, decimals=3)} {unit}{came}"
         if column == Column.KEYPOINT:
             return self._text(keypoint, column)
         return _EXPLANATIONS[column]

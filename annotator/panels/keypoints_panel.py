@@ -1,13 +1,15 @@
 """The table of keypoints, and the position of the active one."""
 
-from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt, Slot
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QSize, Qt, Slot
+from PySide6.QtGui import QFont, QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QButtonGroup,
     QHBoxLayout,
     QHeaderView,
     QLabel,
+    QSizePolicy,
+    QStyle,
     QTableView,
     QToolButton,
     QVBoxLayout,
@@ -28,43 +30,88 @@ _UNITS = (
     ("voxel", "Voxels", "Show and type voxel indices"),
 )
 
-_LETTERS = {
-    Column.X: 9,
-    Column.Y: 9,
-    Column.Z: 9,
-    Column.STATE: 11,
-    Column.SURE: 5,
-    Column.LOCK: 5,
-    Column.CLEAR: 3,
-    Column.SOURCE: 10,
+# The widest that a column shows, and the words that are its heading.
+_SAMPLES = {
+    Column.X: ("000000", "x / µm"),
+    Column.Y: ("000000", "y / µm"),
+    Column.Z: ("000000", "z / µm"),
+    Column.STATE: ("placed", "State"),
 }
-_FEWEST_LETTERS, _MOST_LETTERS = 8, 26
+_MARKS = (Column.SURE, Column.LOCK, Column.CLEAR)
+_LONGEST_STATE = "out of view"
+_SOURCE_LETTERS, _MOST_LETTERS = 9, 26
+# In sight at once: as many as the tools that ship have keypoints.
+_FEWEST_ROWS, _ROWS_IN_SIGHT = 3, 6
 
 
 class KeypointsTable(QTableView):
-    """Gives the room that is left over to the keypoints' labels; what stands first stays in sight longest."""
+    """As narrow and as tall as its rows: room that is left goes to words that are otherwise shortened."""
 
     def fit_columns(self) -> None:
-        letter = self.fontMetrics().horizontalAdvance("0")
-        header = self.horizontalHeader()
-        header.setMinimumSectionSize(letter * 3)
-        for column, letters in _LETTERS.items():
-            header.resizeSection(column, letter * letters)
-        room = self.viewport().width() - letter * sum(_LETTERS.values())
-        header.resizeSection(
-            Column.KEYPOINT, min(max(room, letter * _FEWEST_LETTERS), letter * _MOST_LETTERS)
-        )
+        header, letter = self.horizontalHeader(), self.fontMetrics().horizontalAdvance("0")
+        header.setMinimumSectionSize(letter)
+        widths = self._narrowest_widths()
+        spare = self.viewport().width() - sum(widths.values())
+        state = self._text_width(_LONGEST_STATE) - widths[Column.STATE]
+        if spare >= state:
+            widths[Column.STATE] += state
+            spare -= state
+        source = _SOURCE_LETTERS * letter
+        self.setColumnHidden(Column.SOURCE, spare < source)
+        if spare >= source:
+            widths[Column.SOURCE] = source
+            spare -= source
+        label = max(letter * _MOST_LETTERS - widths[Column.KEYPOINT], 0)
+        widths[Column.KEYPOINT] += min(max(spare, 0), label)
+        for column, width in widths.items():
+            header.resizeSection(column, width)
 
     def sizeHint(self) -> QSize:
-        """Ask for the width in which names, coordinates, states and marks are in sight."""
-        letters = _FEWEST_LETTERS + sum(_LETTERS[column] for column in _LETTERS if column < Column.CLEAR)
-        frame = self.verticalHeader().sizeHint().width() + 2 * self.frameWidth()
-        width = self.fontMetrics().horizontalAdvance("0") * letters + frame
-        return QSize(width, super().sizeHint().height())
+        """Ask for the room in which every row is in sight, with all that a person judges by."""
+        width = sum(self._narrowest_widths().values())
+        # Without rows the numbers of the rows take no room yet.
+        numbers = max(self.verticalHeader().sizeHint().width(), self._text_width("0"))
+        return QSize(width + numbers + 2 * self.frameWidth(), self._height(max(self._rows(), _ROWS_IN_SIGHT)))
+
+    def minimumSizeHint(self) -> QSize:
+        rows = min(max(self._rows(), _FEWEST_ROWS), _ROWS_IN_SIGHT)
+        return QSize(super().minimumSizeHint().width(), self._height(rows))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.fit_columns()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
+            self.fit_columns()
+            self.updateGeometry()
+
+    def _height(self, rows: int) -> int:
+        height = self.horizontalHeader().sizeHint().height() + 2 * self.frameWidth()
+        height += rows * self.verticalHeader().defaultSectionSize()
+        if self.horizontalHeader().length() > self.viewport().width():
+            height += self.horizontalScrollBar().sizeHint().height()
+        return height
+
+    def _rows(self) -> int:
+        return self.model().rowCount() if self.model() is not None else 0
+
+    def _narrowest_widths(self) -> dict[Column, int]:
+        mark = self.style().pixelMetric(QStyle.PixelMetric.PM_SmallIconSize, None, self)
+        widths = {column: max(map(self._text_width, samples)) for column, samples in _SAMPLES.items()}
+        widths |= dict.fromkeys(_MARKS, mark + mark // 2)
+        bold = QFont(self.font())
+        bold.setBold(True)
+        metrics, model = QFontMetrics(bold), self.model()
+        indices = [model.index(row, Column.KEYPOINT) for row in range(self._rows())]
+        names = [metrics.horizontalAdvance(index.data(Qt.ItemDataRole.EditRole)) for index in indices]
+        widths[Column.KEYPOINT] = self._text_width("") + mark + mark // 2 + max(names, default=mark)
+        return widths
+
+    def _text_width(self, text: str) -> int:
+        margin = self.style().pixelMetric(QStyle.PixelMetric.PM_HeaderMargin, None, self)
+        return self.fontMetrics().horizontalAdvance(text) + 3 * margin
 
 
 class KeypointsPanel(QWidget):
@@ -103,10 +150,12 @@ class KeypointsPanel(QWidget):
         self._units.buttonClicked.connect(self._on_unit_button_clicked)
 
         layout = QVBoxLayout(self)
+        layout.setContentsMargins(*[self.fontMetrics().height() // 3] * 4)
         layout.addLayout(header)
-        layout.addWidget(self._table, 1)
+        layout.addWidget(self._table)
         layout.addWidget(self._message)
         layout.addWidget(self._editor)
+        layout.addStretch(1)
 
         session.view_changed.connect(self._on_session_view_changed)
         session.document_changed.connect(self._on_session_document_changed)
@@ -137,6 +186,7 @@ class KeypointsPanel(QWidget):
         table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         table.verticalHeader().setDefaultSectionSize(int(table.fontMetrics().height() * 1.55))
         table.horizontalHeader().setHighlightSections(False)
+        table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
         table.clicked.connect(self._on_table_clicked)
         table.selectionModel().currentRowChanged.connect(self._on_table_current_row_changed)
         return table
@@ -169,6 +219,8 @@ class KeypointsPanel(QWidget):
 
     @Slot()
     def _on_model_reset(self) -> None:
+        self._table.fit_columns()
+        self._table.updateGeometry()
         self._draw_selection()
 
     @Slot(object, object)

@@ -30,6 +30,8 @@ class PositionEditor(QWidget):
         self._unit: Unit = "um"
         self.setObjectName("position_editor")
         self._title = ElidedText(name="position_title")
+        # Elided, it never makes the panel wide.
+        self._title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self._boxes: list[QuietSpinBox] = []
         layout = QGridLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -43,7 +45,7 @@ class PositionEditor(QWidget):
             # Its own hint would leave room for the largest number allowed.
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
             box.setMinimumWidth(
-                box.fontMetrics().horizontalAdvance("−00000.0") + box.fontMetrics().height() * 2
+                box.fontMetrics().horizontalAdvance("00000.0") + box.fontMetrics().height() * 2
             )
             box.valueChanged.connect(self._on_box_value_changed)
             box.stepped.connect(self._on_box_stepped)

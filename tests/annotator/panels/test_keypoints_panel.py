@@ -172,7 +172,7 @@ def test_the_unit_is_switched_for_table_and_boxes(
     voxels = panel.findChild(QToolButton, "keypoints_unit_voxel")
     assert isinstance(voxels, QToolButton)
     qtbot.mouseClick(voxels, LEFT)
-    assert table.model().index(0, Column.X).data() == "10.00"
+    assert table.model().index(0, Column.X).data() == "10.0"
     box = panel.findChild(QLineEdit, "qt_spinbox_lineedit")
     assert isinstance(box, QLineEdit)
     assert box.text() == "10.00"
@@ -195,3 +195,25 @@ def test_coordinates_stay_in_sight_in_a_narrow_panel(qtbot: QtBot, table: QTable
     qtbot.waitUntil(lambda: table.viewport().width() < letter * 41)
     last = table.visualRect(table.model().index(0, Column.Z))
     assert table.viewport().rect().contains(last)
+
+
+def test_at_the_width_that_it_asks_for_all_is_in_sight_but_the_source(
+    qtbot: QtBot, session: Session, panel: KeypointsPanel, table: QTableView
+) -> None:
+    panel.resize(panel.sizeHint())
+    qtbot.waitUntil(lambda: table.isColumnHidden(Column.SOURCE))
+    viewport = table.viewport().rect()
+    assert viewport.contains(table.visualRect(table.model().index(5, Column.CLEAR)))
+    assert not table.horizontalScrollBar().isVisible()
+    assert not table.verticalScrollBar().isVisible()
+
+
+def test_the_table_is_no_taller_than_its_rows(panel: KeypointsPanel, table: QTableView) -> None:
+    last = table.visualRect(table.model().index(5, Column.X))
+    assert abs(table.viewport().height() - last.bottom()) < 8
+
+
+def test_room_that_is_left_over_goes_to_whole_words_and_the_source(table: QTableView) -> None:
+    assert not table.isColumnHidden(Column.SOURCE)
+    width = table.fontMetrics().horizontalAdvance("out of view")
+    assert table.columnWidth(Column.STATE) > width

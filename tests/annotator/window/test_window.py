@@ -5,6 +5,7 @@ from PySide6.QtWidgets import QAbstractButton, QDockWidget, QLabel, QLineEdit, Q
 
 from annotator.actions import ACTIONS
 from annotator.settings import Settings
+from annotator.window import MainWindow
 
 
 def test_scene_comes_after_the_window(qtbot, window):
@@ -147,3 +148,22 @@ def test_dropped_text_is_left_alone(window):
     event.setAccepted(False)
     window.dropEvent(event)
     assert not event.isAccepted()
+
+
+def test_panes_get_most_of_a_small_window(qtbot, session, settings, tmp_path):
+    window = MainWindow(session, settings, tmp_path / "annotator.log")
+    qtbot.addWidget(window, before_close_func=lambda window: window.session.abandon())
+    window.resize(1024, 700)
+    window.show()
+    qtbot.waitUntil(lambda: window.four_up.width() > 0.6 * window.width())
+    worklist = window.findChild(QDockWidget, "dock_worklist")
+    assert window.findChild(QDockWidget, "dock_pose") in window.tabifiedDockWidgets(worklist)
+
+
+def test_frame_of_the_first_window_fits_on_the_screen(qtbot, empty_session, settings, tmp_path):
+    window = MainWindow(empty_session, settings, tmp_path / "annotator.log")
+    qtbot.addWidget(window)
+    available = window.screen().availableSize()
+    # A title bar of the usual systems is 24 to 48 pixels high.
+    assert window.height() <= available.height() - 48
+    assert window.width() < available.width()
