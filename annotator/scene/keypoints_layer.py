@@ -8,9 +8,9 @@ import vtk
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QFont, QImage, QPainter, QPen, QRadialGradient
 
+from annotator.keypoint_marks import KeypointMark
 from annotator.scene.colors import ACTIVE, TEXT
-from annotator.scene.marks import SPHERE_PX, Mark
-from annotator.scene.picking import Picture
+from annotator.scene.picking import SPHERE_PX, Picture
 from annotator.scene.sprites import Sprite, blank, text_picture, text_size_px
 
 _MARKER_PX = 28.0  # the sphere, and room for the ring round the active one
@@ -24,9 +24,9 @@ class KeypointsLayer:
     def __init__(self, renderer: vtk.vtkRenderer) -> None:
         self._renderer = renderer
         self._drawn: dict[str, _DrawnKeypoint] = {}
-        self._shown: tuple[tuple[Mark, ...], Picture, QFont, bool] | None = None
+        self._shown: tuple[tuple[KeypointMark, ...], Picture, QFont, bool] | None = None
 
-    def show(self, marks: Sequence[Mark], picture: Picture, font: QFont, *, names: bool) -> None:
+    def show(self, marks: Sequence[KeypointMark], picture: Picture, font: QFont, *, names: bool) -> None:
         """Draw these keypoints and no others."""
         wanted = (tuple(marks), picture, font, names)
         if wanted == self._shown:
@@ -47,7 +47,7 @@ class KeypointsLayer:
                     self._renderer.AddViewProp(sprite.actor)
             label = None
             if names and not np.isnan(place).any():
-                size_px = text_size_px(mark.text, font)
+                size_px = text_size_px(_text(mark), font)
                 label = label_place(markers[index], size_px, [*markers, *taken])
                 taken.append(label)
             self._drawn[mark.name].show(mark, place, label, layer, picture, font)
@@ -57,7 +57,7 @@ class _DrawnKeypoint:
     def __init__(self) -> None:
         self._marker = Sprite()
         self._name = Sprite()
-        self._painted: tuple[Mark, float, QFont] | None = None
+        self._painted: tuple[KeypointMark, float, QFont] | None = None
 
     @property
     def sprites(self) -> tuple[Sprite, Sprite]:
@@ -65,7 +65,7 @@ class _DrawnKeypoint:
 
     def show(
         self,
-        mark: Mark,
+        mark: KeypointMark,
         place: Sequence[float],
         label: QRectF | None,
         layer: int,
@@ -76,7 +76,7 @@ class _DrawnKeypoint:
         if wanted != self._painted:
             self._painted = wanted
             self._marker.paint(marker_picture(mark, font, picture.ratio))
-            self._name.paint(text_picture(mark.text, font, TEXT, picture.ratio))
+            self._name.paint(text_picture(_text(mark), font, TEXT, picture.ratio))
         if np.isnan(place).any():
             self._marker.hide()
         else:
@@ -118,7 +118,7 @@ def label_place(marker: QRectF, size_px: tuple[float, float], taken: Sequence[QR
     return min(choices, key=lambda choice: sum(_overlap(choice, other) for other in taken))
 
 
-def marker_picture(mark: Mark, font: QFont, ratio: float) -> QImage:
+def marker_picture(mark: KeypointMark, font: QFont, ratio: float) -> QImage:
     """Paint a keypoint: what it is like shows in its form, not in its colour alone."""
     image = blank(_MARKER_PX, _MARKER_PX, ratio)
     middle, radius = QPointF(_MARKER_PX / 2, _MARKER_PX / 2), SPHERE_PX / 2
@@ -187,7 +187,12 @@ def _outline(
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
-def _marker_place(mark: Mark, place: Sequence[float]) -> QRectF:
+def _text(mark: KeypointMark) -> str:
+    """Return the name as it is written, with dots for what is on its way."""
+    return mark.text + (" …" if mark.preview else "")
+
+
+def _marker_place(mark: KeypointMark, place: Sequence[float]) -> QRectF:
     """Return what a marker covers; nothing where its keypoint is behind the eye."""
     if np.isnan(place).any():
         return QRectF()

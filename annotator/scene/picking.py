@@ -13,6 +13,9 @@ from annotations.geometry.frames import Vector, vector
 from annotations.volumes import Ray
 from annotator.scene.camera import Camera
 
+SPHERE_PX = 14.0
+"""Diameter of a keypoint's sphere, at every zoom: as it is drawn, and as the cursor meets it."""
+
 
 @dataclass(frozen=True)
 class Picture:

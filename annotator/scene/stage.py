@@ -14,11 +14,11 @@ from PySide6.QtWidgets import QWidget
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.volumes import Level
+from annotator.keypoint_marks import KeypointMark
 from annotator.scene.axes_layer import AxesLayer
 from annotator.scene.canvas import Canvas
 from annotator.scene.keypoints_layer import KeypointsLayer
 from annotator.scene.links_layer import LinksLayer
-from annotator.scene.marks import Mark
 from annotator.scene.picking import Picture
 from annotator.scene.planes_layer import PlanesLayer, PlanesLook, SlicesLayer, SlicesLook
 from annotator.scene.renderers import Renderers, is_software
@@ -46,7 +46,7 @@ class SceneLook:
     level: Level | None
     view: View
     tool: ToolSpecification | None
-    marks: tuple[Mark, ...]
+    marks: tuple[KeypointMark, ...]
 
 
 class Stage:

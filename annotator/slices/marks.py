@@ -1,10 +1,10 @@
-"""Keypoints as a slice shows them: where, how far from the plane, and in which state. No painting here."""
+"""Keypoints as a slice shows them: where, and how far from the plane. No painting here."""
 
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from annotations.documents.annotation import Certainty, State
+from annotator.keypoint_marks import KeypointMark, keypoint_marks
 from annotator.session import Session
 from annotator.slices.viewport import Viewport
 
@@ -12,45 +12,28 @@ from annotator.slices.viewport import Viewport
 NEAR_UM = 400.0
 RADIUS_PX = 6.0
 SMALLEST_RADIUS_PX = 3.5
-NO_LINK_COLOR = "#ffffff"
 
 
-@dataclass(frozen=True)
-class Mark:
+@dataclass(frozen=True, kw_only=True)
+class Mark(KeypointMark):
     """A keypoint on a slice.
 
     Attributes
     ----------
-    name : str
     x, y : float
         Its projection onto the plane, in pixels of the widget.
     distance_um : float
         From the plane, signed along the plane's axis.
     nearness : float
         1 for a keypoint whose nearest plane this is, falling to 0 at `NEAR_UM` and beyond.
-    color : str
-        Of its link, as #rrggbb.
-    state, certainty, locked
-        As in the document.
-    active : bool
-        Whether it is the keypoint that the next click places.
-    preview : bool
-        Whether it is on its way: not yet in the document where it is drawn.
     origin_px : (float, float) or None
         Where the document has a keypoint that is on its way.
     """
 
-    name: str
     x: float
     y: float
     distance_um: float
     nearness: float
-    color: str
-    state: State
-    certainty: Certainty
-    locked: bool
-    active: bool
-    preview: bool
     origin_px: tuple[float, float] | None = None
 
     @property
@@ -79,32 +62,22 @@ def nearness(distance_um: float, half_spacing_um: float) -> float:
 
 def marks(session: Session, viewport: Viewport, index: int) -> tuple[Mark, ...]:
     """Return the keypoints that have a position, the preview among them, on the plane with an index."""
-    document, tool, view = session.document, session.tool, session.view
-    if document is None or tool is None:
+    document, plane = session.document, viewport.plane
+    if document is None:
         return ()
-    plane = viewport.plane
     made = []
-    for name, position_um in session.shown_positions_um().items():
-        keypoint = document.keypoint(name)
-        link = tool.link_of(name)
-        distance_um = plane.distance_um(position_um, index)
-        x, y = viewport.pixel(position_um)
-        preview = view.preview is not None and view.preview.keypoint == name
-        origin_px = viewport.pixel(keypoint.position_um) if preview and keypoint.position_um else None
+    for keypoint in keypoint_marks(document, session.tool, session.view):
+        distance_um = plane.distance_um(keypoint.position_um, index)
+        x, y = viewport.pixel(keypoint.position_um)
+        origin_um = document.keypoint(keypoint.name).position_um if keypoint.preview else None
         made.append(
             Mark(
-                name=name,
+                **vars(keypoint),
                 x=x,
                 y=y,
                 distance_um=distance_um,
                 nearness=nearness(distance_um, plane.spacing_um[plane.axis] / 2),
-                color=link.color if link is not None else NO_LINK_COLOR,
-                state=keypoint.state,
-                certainty=keypoint.certainty,
-                locked=keypoint.locked,
-                active=name == view.active_keypoint,
-                preview=preview,
-                origin_px=origin_px,
+                origin_px=viewport.pixel(origin_um) if origin_um else None,
             )
         )
     return tuple(made)

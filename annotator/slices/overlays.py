@@ -143,14 +143,15 @@ def _paint_lock(painter: QPainter, mark: Mark) -> None:
 
 
 def _paint_name(painter: QPainter, mark: Mark) -> None:
-    text = f"{mark.name} ?" if mark.certainty == "unsure" else mark.name
     font = QFont(painter.font())
     font.setBold(mark.active)
     painter.save()
     painter.setFont(font)
     anchor = QPointF(mark.x + mark.radius_px + 5.0, mark.y - mark.radius_px)
     color = PREVIEW if mark.preview else ACTIVE if mark.active else QColor(mark.color)
-    paint_caption(painter, anchor, text, color, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom)
+    paint_caption(
+        painter, anchor, mark.text, color, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
+    )
     painter.restore()
 
 

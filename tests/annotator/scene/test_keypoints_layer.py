@@ -9,10 +9,20 @@ from hypothesis import strategies as st
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QFont, QImage
 
+from annotator.keypoint_marks import KeypointMark
 from annotator.scene.keypoints_layer import label_place, marker_picture
-from annotator.scene.marks import SPHERE_PX, Mark
+from annotator.scene.picking import SPHERE_PX
 
-PLACED = Mark("k0", (0.0, 0.0, 0.0), "#56b4e9", "placed", unsure=False, active=False, preview=False)
+PLACED = KeypointMark(
+    name="k0",
+    position_um=(0.0, 0.0, 0.0),
+    color="#56b4e9",
+    state="placed",
+    unsure=False,
+    locked=False,
+    active=False,
+    preview=False,
+)
 VARIANTS = {
     "placed": PLACED,
     "occluded": replace(PLACED, state="occluded"),

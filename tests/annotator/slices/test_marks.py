@@ -18,13 +18,14 @@ def viewport_of(session: Session, axis: int) -> Viewport:
 def mark(name: str, x: float, y: float, distance_um: float = 0.0) -> Mark:
     return Mark(
         name=name,
+        position_um=(0.0, 0.0, 0.0),
         x=x,
         y=y,
         distance_um=distance_um,
         nearness=nearness(distance_um, 5.0),
         color="#ffffff",
         state="placed",
-        certainty="sure",
+        unsure=False,
         locked=False,
         active=False,
         preview=False,
@@ -46,9 +47,9 @@ def test_marks_say_what_the_document_says(session: Session) -> None:
     assert first.is_on_plane
     assert (first.x, first.y) == viewport.pixel((0, 100.0, 200.0))
     assert first.color == "#56b4e9"
-    assert (second.state, second.certainty, second.locked, second.active) == (
+    assert (second.state, second.unsure, second.locked, second.active) == (
         "occluded",
-        "unsure",
+        True,
         True,
         True,
     )

@@ -65,13 +65,14 @@ def test_links_are_drawn_in_their_colour_between_placed_keypoints_only() -> None
 def drawn(**changes: object) -> QImage:
     values: dict[str, object] = {
         "name": "k0",
+        "position_um": (0.0, 0.0, 0.0),
         "x": 150.0,
         "y": 150.0,
         "distance_um": 0.0,
         "nearness": 1.0,
         "color": "#56b4e9",
         "state": "placed",
-        "certainty": "sure",
+        "unsure": False,
         "locked": False,
         "active": False,
         "preview": False,

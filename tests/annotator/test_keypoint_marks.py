@@ -1,7 +1,7 @@
 """What is drawn of each keypoint follows from the document and the view."""
 
 from annotations.documents import edits
-from annotator.scene.marks import keypoint_marks
+from annotator.keypoint_marks import keypoint_marks
 from annotator.session import Session
 from annotator.view import Preview
 
@@ -20,7 +20,7 @@ def test_a_preview_stands_in_for_the_position_in_the_document(session: Session) 
     session.look(preview=Preview("k0", (1.0, 2.0, 3.0), "dragged"))
     (mark,) = keypoint_marks(session.document, session.tool, session.view)
     assert mark.position_um == (1.0, 2.0, 3.0)
-    assert mark.text == "k0 …"
+    assert mark.text == "k0"
 
 
 def test_marks_say_what_a_person_said(session: Session) -> None:

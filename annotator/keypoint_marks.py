@@ -1,4 +1,4 @@
-"""How each keypoint is marked in the scene, from the document and the view."""
+"""How each keypoint is marked in the scene and in the slices, from the document and the view: no painting."""
 
 from dataclasses import dataclass
 
@@ -7,20 +7,24 @@ from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotator.view import View
 
-SPHERE_PX = 14.0
-"""Diameter of a keypoint's sphere, at every zoom."""
-
+# Not the white of the active keypoint's ring.
 _NO_LINK = "#d9dde3"
 
 
-@dataclass(frozen=True)
-class Mark:
-    """How one keypoint is drawn.
+@dataclass(frozen=True, kw_only=True)
+class KeypointMark:
+    """How one keypoint is marked.
 
     Attributes
     ----------
+    position_um : (float, float, float)
+        Where it is drawn: the preview's position while there is one.
     color : str
         ``#rrggbb``, its link's.
+    state, locked
+        As in the document.
+    active : bool
+        Whether it is the keypoint that the next click places.
     preview : bool
         On its way: dragged, or proposed and waiting to be kept.
     """
@@ -30,18 +34,19 @@ class Mark:
     color: str
     state: State
     unsure: bool
+    locked: bool
     active: bool
     preview: bool
 
     @property
     def text(self) -> str:
-        """The name, with a question mark for what is unsure, and dots for what is on its way."""
-        return self.name + (" ?" if self.unsure else "") + (" …" if self.preview else "")
+        """The name, with a question mark for what is unsure."""
+        return f"{self.name} ?" if self.unsure else self.name
 
 
 def keypoint_marks(
     document: Annotation | None, tool: ToolSpecification | None, view: View
-) -> tuple[Mark, ...]:
+) -> tuple[KeypointMark, ...]:
     """Return the marks of all keypoints that have a position or a preview, in the document's order."""
     marks = []
     for keypoint in document.keypoints if document else ():
@@ -51,12 +56,13 @@ def keypoint_marks(
             continue
         link = tool.link_of(keypoint.name) if tool else None
         marks.append(
-            Mark(
+            KeypointMark(
                 name=keypoint.name,
                 position_um=position_um,
                 color=link.color if link else _NO_LINK,
                 state=keypoint.state,
                 unsure=keypoint.certainty == "unsure",
+                locked=keypoint.locked,
                 active=keypoint.name == view.active_keypoint,
                 preview=preview is not None,
             )
