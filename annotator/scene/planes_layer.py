@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import vtk
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import numpy_to_vtk
 
 from annotations.geometry.frames import Vector, nearest_voxel, vector, voxel_to_um
 from annotations.volumes import Level
 from annotator.colormaps import COLORMAPS
 from annotator.scene.colors import axis_colors, rgb
 from annotator.scene.segments import Segment, Segments
+from annotator.scene.textured_quad import TexturedQuad
 
 _OUTLINE_DARKER = 130  # percent: the crosshair stands out
 _BLACK = np.array((0, 0, 0, 255), dtype=np.uint8)
@@ -124,24 +124,12 @@ class _Slice:
 
     def __init__(self, axis: int) -> None:
         self._axis = axis
-        self._picture = vtk.vtkImageData()
-        texture = vtk.vtkTexture()
-        texture.SetInputData(self._picture)
-        texture.InterpolateOff()
-        self._corners = vtk.vtkPoints()
-        self._corners.SetNumberOfPoints(4)
-        rectangle = vtk.vtkPolyData()
-        rectangle.SetPoints(self._corners)
-        cells = vtk.vtkCellArray()
-        cells.InsertNextCell(4, (0, 1, 2, 3))
-        rectangle.SetPolys(cells)
-        places = np.array(((0, 0), (1, 0), (1, 1), (0, 1)), dtype=np.float32)
-        rectangle.GetPointData().SetTCoords(numpy_to_vtk(places, deep=True))
+        self._quad = TexturedQuad()
         mapper = vtk.vtkPolyDataMapper()
-        mapper.SetInputData(rectangle)
+        mapper.SetInputData(self._quad.surface)
         self.actor = vtk.vtkActor()
         self.actor.SetMapper(mapper)
-        self.actor.SetTexture(texture)
+        self.actor.SetTexture(self._quad.texture)
         self.actor.GetProperty().LightingOff()
 
     def show(self, look: SlicesLook) -> None:
@@ -152,15 +140,8 @@ class _Slice:
         half = np.asarray(level.spacing_um) / 2
         low = np.asarray(level.origin_um) - half
         high = low + voxel_to_um(level.data.shape, level.spacing_um)
-        for corner, position in enumerate(_plane_corners(axis, look.crosshair_um, low, high)):
-            self._corners.SetPoint(corner, position)
-        self._corners.Modified()
         pixels = colored(values, look.window, look.colormap).transpose(1, 0, 2)
-        self._picture.SetDimensions(*values.shape, 1)
-        self._picture.GetPointData().SetScalars(
-            numpy_to_vtk(np.ascontiguousarray(pixels).reshape(-1, 4), deep=True)
-        )
-        self._picture.Modified()
+        self._quad.show(pixels, _plane_corners(axis, look.crosshair_um, low, high))
 
 
 def colored(values: NDArray, window: tuple[float, float], colormap: str) -> NDArray[np.uint8]:

@@ -4,7 +4,8 @@ import numpy as np
 import vtk
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPainterPath, QPen
-from vtkmodules.util.numpy_support import numpy_to_vtk
+
+from annotator.scene.textured_quad import TexturedQuad
 
 _HALO_PX = 3.0
 _HALO = QColor(0, 0, 0, 190)
@@ -19,24 +20,12 @@ class Sprite:
     """
 
     def __init__(self) -> None:
-        self._data = vtk.vtkImageData()
-        texture = vtk.vtkTexture()
-        texture.SetInputData(self._data)
-        texture.InterpolateOff()
-        self._corners = vtk.vtkPoints()
-        self._corners.SetNumberOfPoints(4)
-        quad = vtk.vtkPolyData()
-        quad.SetPoints(self._corners)
-        cells = vtk.vtkCellArray()
-        cells.InsertNextCell(4, (0, 1, 2, 3))
-        quad.SetPolys(cells)
-        places = np.array(((0, 0), (1, 0), (1, 1), (0, 1)), dtype=np.float32)
-        quad.GetPointData().SetTCoords(numpy_to_vtk(places, deep=True))
+        self._quad = TexturedQuad()
         mapper = vtk.vtkPolyDataMapper2D()
-        mapper.SetInputData(quad)
+        mapper.SetInputData(self._quad.surface)
         self.actor = vtk.vtkTexturedActor2D()
         self.actor.SetMapper(mapper)
-        self.actor.SetTexture(texture)
+        self.actor.SetTexture(self._quad.texture)
         self.actor.GetPositionCoordinate().SetCoordinateSystemToViewport()
         self.actor.VisibilityOff()
         self._height_px = 0.0
@@ -47,14 +36,7 @@ class Sprite:
         straight = image.convertToFormat(QImage.Format.Format_RGBA8888)
         width, height = straight.width(), straight.height()
         pixels = np.frombuffer(straight.constBits(), np.uint8).reshape(height, width, 4)[::-1]
-        self._data.SetDimensions(width, height, 1)
-        self._data.GetPointData().SetScalars(
-            numpy_to_vtk(np.ascontiguousarray(pixels).reshape(-1, 4), deep=True)
-        )
-        self._data.Modified()
-        for index, corner in enumerate(((0, 0), (width, 0), (width, height), (0, height))):
-            self._corners.SetPoint(index, *corner, 0)
-        self._corners.Modified()
+        self._quad.show(pixels, ((0, 0, 0), (width, 0, 0), (width, height, 0), (0, height, 0)))
         self._ratio = image.devicePixelRatio()
         self._height_px = height / self._ratio
 
