@@ -3,6 +3,7 @@
 from annotations.errors import Cancelled
 from annotations.volumes.averaging import AVERAGED_BUDGET_VOXELS, averaged_level
 from annotations.volumes.cache import LevelCache
+from annotations.volumes.dataset_choice import DatasetChoice, DatasetChoiceNeeded
 from annotations.volumes.fingerprints import fingerprint
 from annotations.volumes.levels import (
     PREVIEW_BUDGET_VOXELS,
@@ -39,7 +40,7 @@ from annotations.volumes.spacing import (
     write_folder_answer,
     write_sidecar,
 )
-from annotations.volumes.volume import DatasetChoice, DatasetChoiceNeeded, Volume, VolumeError
+from annotations.volumes.volume import Volume, VolumeError
 
 __all__ = [
     "AVERAGED_BUDGET_VOXELS",

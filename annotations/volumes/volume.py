@@ -26,44 +26,6 @@ class VolumeError(UserError):
     """A file that cannot be opened or read as a volume."""
 
 
-@dataclass(frozen=True)
-class DatasetChoice:
-    """One of several three-dimensional arrays in a file.
-
-    Attributes
-    ----------
-    name : str
-        What `open_volume` takes as its ``dataset``.
-    shape : tuple of int
-    dtype : str
-        As stored, with the byte order: ``">u2"``.
-    """
-
-    name: str
-    shape: Shape
-    dtype: str
-
-    def __str__(self) -> str:
-        return f"{self.name} ({' × '.join(map(str, self.shape))}, {self.dtype})"
-
-
-class DatasetChoiceNeeded(VolumeError):  # noqa: N818 - a question rather than an error
-    """The file holds several three-dimensional arrays, and nobody has said which.
-
-    Attributes
-    ----------
-    choices : tuple of DatasetChoice
-    """
-
-    def __init__(self, path: Path, choices: Sequence[DatasetChoice]) -> None:
-        self.choices = tuple(choices)
-        super().__init__(
-            f"there are {len(self.choices)} volumes in this file: {'; '.join(map(str, self.choices))}",
-            where=path,
-            remedy="Choose one of them by its name",
-        )
-
-
 class Storage(ABC):
     """Where a volume's voxels come from; one class a way of storing them. Safe in several threads."""
 

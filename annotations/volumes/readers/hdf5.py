@@ -1,19 +1,18 @@
 """HDF5: contiguous datasets are mapped, chunked ones read block by block."""
 
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
+from annotations.volumes.dataset_choice import no_such_dataset, only_volume
 from annotations.volumes.file_metadata import NAMES, depth_axis_from_attributes, spacing_from_attributes
 from annotations.volumes.mapping import MappedStorage
 from annotations.volumes.volume import (
     Array,
-    DatasetChoice,
-    DatasetChoiceNeeded,
     Region,
     Shape,
     Storage,
@@ -21,12 +20,10 @@ from annotations.volumes.volume import (
     VolumeError,
     check_array,
     closed,
-    is_real,
 )
 
 _CHUNK_CACHE_BYTES = 32 << 20
 _TILE_BYTES = 16 << 20
-_NAMED_AT_MOST = 12
 
 
 class Hdf5Storage(Storage):
@@ -131,49 +128,25 @@ def open_hdf5(path: Path, dataset: str | None) -> StoredArray:
 
 def _choose(path: Path, file: h5py.File, name: str | None) -> h5py.Dataset:
     if name is not None:
+        # Asked of the file itself, which also follows the links that a visit to all its datasets passes by.
         found = file.get(name)
         if not isinstance(found, h5py.Dataset):
-            raise VolumeError(
-                f"it has no dataset “{name}”", where=path, remedy=f"It holds: {_listing(_datasets(file))}"
-            )
+            raise no_such_dataset(path, name, _datasets(file))
         return found
     datasets = _datasets(file)
-    volumes = [
-        each
-        for each in datasets
-        if each.shape is not None and len(each.shape) == 3 and 0 not in each.shape and is_real(each.dtype)
-    ]
-    if len(volumes) > 1:
-        raise DatasetChoiceNeeded(
-            path, [DatasetChoice(each.name.lstrip("/"), each.shape, each.dtype.str) for each in volumes]
-        )
-    if volumes:
-        return volumes[0]
-    if len(datasets) == 1:
-        return datasets[0]
-    raise VolumeError(
-        f"the file holds no three-dimensional dataset of real numbers; it holds: {_listing(datasets)}",
-        where=path,
-        remedy="Save one three-dimensional dataset, axes x, y, z",
-    )
+    held = {each: (found.shape or (), found.dtype) for each, found in datasets.items()}
+    return datasets[only_volume(path, held)]
 
 
-def _datasets(file: h5py.File) -> list[h5py.Dataset]:
-    found: list[h5py.Dataset] = []
+def _datasets(file: h5py.File) -> dict[str, h5py.Dataset]:
+    found: dict[str, h5py.Dataset] = {}
 
-    def keep(_name: str, item: Any) -> None:
+    def keep(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset):
-            found.append(item)
+            found[name] = item
 
     file.visititems(keep)
     return found
-
-
-def _listing(datasets: Sequence[h5py.Dataset]) -> str:
-    named = [f"{each.name.lstrip('/')} {each.shape} {each.dtype}" for each in datasets[:_NAMED_AT_MOST]]
-    if len(datasets) > _NAMED_AT_MOST:
-        named.append(f"and {len(datasets) - _NAMED_AT_MOST} more")
-    return ", ".join(named) or "no datasets"
 
 
 def _attributes(dataset: h5py.Dataset) -> dict[str, Any]:

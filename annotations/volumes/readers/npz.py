@@ -13,13 +13,12 @@ from typing import IO, Any
 import numpy as np
 
 from annotations.app_folders import cache_folder
+from annotations.volumes.dataset_choice import no_such_dataset, only_volume
 from annotations.volumes.file_metadata import NAMES, depth_axis_from_attributes, spacing_from_attributes
 from annotations.volumes.mapping import MappedStorage
 from annotations.volumes.readers.npy import NpyHeader, read_npy_header
 from annotations.volumes.volume import (
     Array,
-    DatasetChoice,
-    DatasetChoiceNeeded,
     Region,
     Shape,
     Storage,
@@ -27,7 +26,6 @@ from annotations.volumes.volume import (
     VolumeError,
     check_array,
     closed,
-    is_real,
 )
 
 MAGIC = b"PK\x03\x04"
@@ -177,38 +175,12 @@ def open_npz(path: Path, dataset: str | None) -> StoredArray:
 
 
 def _choose(path: Path, headers: Mapping[str, NpyHeader], dataset: str | None) -> str:
-    if dataset is not None:
-        name = dataset.removesuffix(_SUFFIX)
-        if name not in headers:
-            raise VolumeError(
-                f"it has no array “{dataset}”",
-                where=path,
-                remedy=f"The arrays in it: {', '.join(headers) or 'none'}",
-            )
-        return name
-    volumes = {
-        name: header
-        for name, header in headers.items()
-        if len(header.shape) == 3 and is_real(header.dtype) and 0 not in header.shape
-    }
-    if len(volumes) > 1:
-        raise DatasetChoiceNeeded(
-            path,
-            [
-                DatasetChoice(name, (header.shape[0], header.shape[1], header.shape[2]), header.dtype.str)
-                for name, header in volumes.items()
-            ],
-        )
-    if volumes:
-        return next(iter(volumes))
-    if len(headers) == 1:
-        return next(iter(headers))
-    found = ", ".join(f"{name} {header.shape} {header.dtype}" for name, header in headers.items())
-    raise VolumeError(
-        f"the archive holds no three-dimensional array of real numbers; it holds: {found or 'no arrays'}",
-        where=path,
-        remedy="Save one three-dimensional array, axes x, y, z",
-    )
+    if dataset is None:
+        return only_volume(path, {name: (header.shape, header.dtype) for name, header in headers.items()})
+    name = dataset.removesuffix(_SUFFIX)
+    if name not in headers:
+        raise no_such_dataset(path, dataset, headers)
+    return name
 
 
 def _member_header(archive: zipfile.ZipFile, member: zipfile.ZipInfo, path: Path) -> NpyHeader:

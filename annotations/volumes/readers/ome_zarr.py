@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import zarr
 
+from annotations.volumes.dataset_choice import no_such_dataset, only_volume
 from annotations.volumes.file_metadata import (
     depth_axis_from_attributes,
     scaled_spacing,
@@ -19,8 +20,6 @@ from annotations.volumes.readers.axes import kept_axes
 from annotations.volumes.spacing import SpacingUm
 from annotations.volumes.volume import (
     Array,
-    DatasetChoice,
-    DatasetChoiceNeeded,
     Region,
     Shape,
     Storage,
@@ -28,7 +27,6 @@ from annotations.volumes.volume import (
     VolumeError,
     check_array,
     closed,
-    is_real,
     unreadable,
 )
 
@@ -92,10 +90,11 @@ def open_zarr(path: Path, dataset: str | None) -> StoredArray:
     except (ValueError, TypeError, KeyError, AttributeError, RuntimeError) as error:
         # Metadata of another structure than the library expects come out as any of these.
         raise unreadable(path, error) from error
-    name = _choose(path, arrays, images)
-    array, image = arrays[name], images[name]
-    kept = _kept(array, image)
-    shape = check_array(path, name or None, [array.shape[axis] for axis in kept], array.dtype)
+    kept_of = {name: _kept(array, images[name]) for name, array in arrays.items()}
+    shapes = {name: [arrays[name].shape[axis] for axis in kept] for name, kept in kept_of.items()}
+    name = only_volume(path, {each: (shapes[each], array.dtype) for each, array in arrays.items()})
+    array, image, kept = arrays[name], images[name], kept_of[name]
+    shape = check_array(path, name or None, shapes[name], array.dtype)
     attributes = array.attrs.asdict()
     spacing_um: SpacingUm | None = None
     if image is not None:
@@ -117,8 +116,8 @@ def open_zarr(path: Path, dataset: str | None) -> StoredArray:
 def _named(path: Path, root: Any, dataset: str) -> Any:
     found = root.get(dataset) if isinstance(root, zarr.Group) else None
     if not isinstance(found, zarr.Array):
-        names = ", ".join(name for name, _ in _arrays(root, "") if name) or "one array without a name"
-        raise VolumeError(f"it has no array “{dataset}”", where=path, remedy=f"It holds: {names}")
+        names = [name or "one array without a name" for name, _ in _arrays(root, "")]
+        raise no_such_dataset(path, dataset, names)
     return found
 
 
@@ -177,23 +176,3 @@ def _described(image: Mapping[str, Any], level: Mapping[str, Any], count: int) -
 
 def _kept(array: Any, image: _Image | None) -> tuple[int, ...]:
     return kept_axes(array.shape, image.spatial if image is not None else [True] * array.ndim)
-
-
-def _choose(path: Path, arrays: Mapping[str, Any], images: Mapping[str, _Image | None]) -> str:
-    if len(arrays) == 1:
-        return next(iter(arrays))
-    choices = []
-    for name, array in arrays.items():
-        shape = [array.shape[axis] for axis in _kept(array, images[name])]
-        if len(shape) == 3 and 0 not in shape and is_real(array.dtype):
-            choices.append(DatasetChoice(name, (shape[0], shape[1], shape[2]), array.dtype.str))
-    if len(choices) == 1:
-        return choices[0].name
-    if choices:
-        raise DatasetChoiceNeeded(path, choices)
-    found = ", ".join(f"{name} {array.shape} {array.dtype}" for name, array in arrays.items())
-    raise VolumeError(
-        f"it holds no three-dimensional array of real numbers; it holds: {found or 'no arrays'}",
-        where=path,
-        remedy="Save one three-dimensional array, axes x, y, z",
-    )

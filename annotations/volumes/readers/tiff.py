@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import tifffile
 
+from annotations.volumes.dataset_choice import no_such_dataset, only_volume
 from annotations.volumes.file_metadata import (
     depth_axis_from_attributes,
     scaled_spacing,
@@ -20,8 +21,6 @@ from annotations.volumes.readers.axes import kept_axes
 from annotations.volumes.spacing import SpacingUm
 from annotations.volumes.volume import (
     Array,
-    DatasetChoice,
-    DatasetChoiceNeeded,
     Region,
     Shape,
     Storage,
@@ -29,7 +28,6 @@ from annotations.volumes.volume import (
     VolumeError,
     check_array,
     closed,
-    is_real,
     unreadable,
 )
 
@@ -157,24 +155,17 @@ def _choose(path: Path, file: tifffile.TiffFile, dataset: str | None) -> int:
     names = [_NAME.format(index) for index in range(len(file.series))]
     if dataset is not None:
         if dataset not in names:
-            raise VolumeError(
-                f"it has no “{dataset}”", where=path, remedy=f"It holds: {', '.join(names) or 'nothing'}"
-            )
+            raise no_such_dataset(path, dataset, names)
         return names.index(dataset)
-    choices = {}
-    for index, series in enumerate(file.series):
-        shape, _ = _squeezed(series)
-        if len(shape) == 3 and 0 not in shape and is_real(series.dtype) and not _is_colour(series):
-            choices[index] = DatasetChoice(
-                names[index], (shape[0], shape[1], shape[2]), file.byteorder + series.dtype.char
-            )
-    if len(choices) > 1:
-        raise DatasetChoiceNeeded(path, list(choices.values()))
-    if choices:
-        return next(iter(choices))
     if not file.series:
         raise VolumeError("it holds no pictures", where=path, remedy="Export it again")
-    return 0
+    grey = {
+        name: (_squeezed(series)[0], series.dtype.newbyteorder(file.byteorder))
+        for name, series in zip(names, file.series, strict=True)
+        if not _is_colour(series)
+    }
+    # Where all are coloured, the first is refused for that.
+    return names.index(only_volume(path, grey)) if grey else 0
 
 
 def _is_colour(series: tifffile.TiffPageSeries) -> bool:

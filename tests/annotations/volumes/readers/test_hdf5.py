@@ -16,7 +16,7 @@ WHOLE = (slice(None), slice(None), slice(None))
 def test_a_file_without_datasets_is_refused(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "v.h5", "w") as file:
         file.create_group("empty")
-    with pytest.raises(VolumeError, match="no datasets") as caught:
+    with pytest.raises(VolumeError, match="no arrays") as caught:
         open_volume(tmp_path / "v.h5")
     assert str(tmp_path / "v.h5") in str(caught.value)
 
@@ -46,7 +46,7 @@ def test_one_of_several_datasets_is_chosen(tmp_path: Path, ramp: np.ndarray) -> 
             assert volume.dataset == "scans/b"
             np.testing.assert_array_equal(volume.read(WHOLE), ramp[:3])
     for name in ("scans/c", "scans"):
-        with pytest.raises(VolumeError, match="no dataset") as refused:
+        with pytest.raises(VolumeError, match="no array") as refused:
             open_volume(tmp_path / "v.h5", dataset=name)
         assert "scans/a" in refused.value.remedy
 
