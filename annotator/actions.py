@@ -326,14 +326,6 @@ _HELP = (
 ACTIONS: tuple[Action, ...] = _FILE + _EDIT + _ANNOTATE + VIEW_ACTIONS + _GO + _HELP
 
 
-def action(name: str) -> Action:
-    """Return the action of that name; KeyError if there is none."""
-    for candidate in ACTIONS:
-        if candidate.name == name:
-            return candidate
-    raise KeyError(name)
-
-
 def sheet_rows() -> tuple[tuple[str, str, str], ...]:
     """Return (group, text, shortcut) of every action and gesture, as the shortcut sheet shows them."""
     rows = []

@@ -24,7 +24,7 @@ from annotations.volumes.rays import (
     first_surface,
     intensities_along,
 )
-from annotations.volumes.slices import SliceImage, level_slice, sharp_slice
+from annotations.volumes.slices import SliceImage, level_slice
 from annotations.volumes.snapping import snap_to_edge, snap_to_maximum
 from annotations.volumes.spacing import (
     OMES_REALTIME_SPACING_UM,
@@ -75,7 +75,6 @@ __all__ = [
     "preview_factors",
     "read_folder_answer",
     "read_sidecar",
-    "sharp_slice",
     "sidecar_path",
     "snap_to_edge",
     "snap_to_maximum",

@@ -1,13 +1,13 @@
-"""Planes of a volume, coarse from a level at once or sharp from the file, and where to draw them."""
+"""Planes of a volume and where to draw them: coarse ones, cut from a level at once."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from annotations.volumes.levels import Level, displayed
-from annotations.volumes.spacing import SpacingUm, validate_spacing_um
-from annotations.volumes.volume import Array, Volume
+from annotations.volumes.levels import Level
+from annotations.volumes.spacing import SpacingUm
+from annotations.volumes.volume import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,26 +76,4 @@ def level_slice(
         axis=axis,
         index=index,
         sharp=False,
-    )
-
-
-def sharp_slice(volume: Volume, spacing_um: SpacingUm, axis: int, index: int) -> SliceImage:
-    """Return a plane of the volume in full resolution. Waits for the disk: not for a window's own thread.
-
-    Raises
-    ------
-    IndexError
-        The volume has no such plane.
-    VolumeError
-        The file can no longer be read.
-    """
-    spacing = validate_spacing_um(spacing_um)
-    across, down = (other for other in range(3) if other != axis)
-    return SliceImage(
-        data=displayed(volume.slice_plane(axis, index)),
-        spacing_um=(spacing[across], spacing[down]),
-        origin_um=(0.0, 0.0),
-        axis=axis,
-        index=index,
-        sharp=True,
     )

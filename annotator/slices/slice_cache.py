@@ -21,11 +21,6 @@ class SliceCache:
         self._bytes = 0
         self._lock = threading.Lock()
 
-    @property
-    def bytes_held(self) -> int:
-        """What the slices take together."""
-        return self._bytes
-
     def get(self, axis: int, index: int) -> SliceImage | None:
         """Return a slice if it is there, and count it as used."""
         with self._lock:

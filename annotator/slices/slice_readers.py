@@ -37,8 +37,8 @@ class SliceSource:
     def read(self, axis: int, indices: range, given_up: Callable[[], bool]) -> tuple[SliceImage, ...]:
         """Read slices into the cache and return them; none if given up.
 
-        Unlike `annotations.volumes.sharp_slice` it keeps the volume's own type, so that the intensity under
-        the cursor is the file's, lays them out as they are drawn, and can be given up half-way.
+        They keep the volume's own type, so that the intensity under the cursor is the file's, and are laid
+        out as they are drawn.
         """
         slices = read_slices(
             self.volume,

@@ -11,31 +11,10 @@ from annotations.volumes import (
     detail_block,
     level_slice,
     open_volume,
-    sharp_slice,
     strided_preview,
 )
 
 SPACING_UM = (15.9, 13.5, 9.4)
-
-
-def test_a_sharp_slice_has_every_pixel_and_its_place(write, tmp_path: Path, ramp: np.ndarray) -> None:
-    volume = open_volume(write(tmp_path, ramp))
-    for axis, (across, down) in enumerate([(1, 2), (0, 2), (0, 1)]):
-        image = sharp_slice(volume, SPACING_UM, axis, 3)
-        np.testing.assert_array_equal(image.data, np.take(ramp, 3, axis))
-        assert image.spacing_um == (SPACING_UM[across], SPACING_UM[down])
-        assert image.origin_um == (0.0, 0.0)
-        assert (image.axis, image.index, image.sharp) == (axis, 3, True)
-        assert image.data.flags.c_contiguous
-
-
-def test_a_sharp_slice_is_in_memory(tmp_path: Path, ramp: np.ndarray) -> None:
-    np.save(tmp_path / "v.npy", ramp)
-    image = sharp_slice(open_volume(tmp_path / "v.npy"), SPACING_UM, 0, 0)
-    base = image.data
-    while base is not None:
-        assert not isinstance(base, np.memmap)
-        base = base.base
 
 
 @given(
@@ -83,8 +62,6 @@ def test_planes_outside_the_volume_are_refused(tmp_path: Path, ramp: np.ndarray,
     level = strided_preview(volume, SPACING_UM)
     with pytest.raises(IndexError, match=str(index)):
         level_slice(level, volume.shape, SPACING_UM, 0, index)
-    with pytest.raises(IndexError, match=str(index)):
-        sharp_slice(volume, SPACING_UM, 0, index)
 
 
 def test_a_detail_shows_the_planes_that_cross_it_only(tmp_path: Path, ramp: np.ndarray) -> None:
