@@ -5,10 +5,16 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Signal
 
 from annotations.geometry.frames import Vector
-from annotations.volumes import Level, LevelCache, Volume, averaged_level, detail_block
+from annotations.volumes import (
+    AVERAGED_BUDGET_VOXELS,
+    Level,
+    LevelCache,
+    Volume,
+    averaged_level,
+    detail_block,
+)
 from annotator.jobs import Job, Jobs
 
-AVERAGED_VOXELS = 5_000_000
 # 2 mm a side, 4 million voxels of the full volume: a link's end and what is around it.
 DETAIL_SIZE_UM: Vector = (2000.0, 2000.0, 2000.0)
 
@@ -39,16 +45,16 @@ class LevelLoader(QObject):
         """Load the averaged level of a volume, built once and then kept in the cache."""
 
         def work(progress: Callable[[float], None], cancelled: Callable[[], bool]) -> Level:
-            level = self._cache.load(volume, spacing_um, AVERAGED_VOXELS)
+            level = self._cache.load(volume, spacing_um, AVERAGED_BUDGET_VOXELS)
             if level is None:
                 level = averaged_level(
                     volume,
                     spacing_um,
-                    budget_voxels=AVERAGED_VOXELS,
+                    budget_voxels=AVERAGED_BUDGET_VOXELS,
                     progress=progress,
                     cancelled=cancelled,
                 )
-                self._cache.store(volume, spacing_um, AVERAGED_VOXELS, level)
+                self._cache.store(volume, spacing_um, AVERAGED_BUDGET_VOXELS, level)
             return level
 
         self._averaged_job = self._jobs.start(

@@ -12,8 +12,8 @@ from annotations.volumes.levels import Level, displayed_dtype, merged_shape, pre
 from annotations.volumes.spacing import SpacingUm, validate_spacing_um
 from annotations.volumes.volume import Array, Region, Volume
 
-AVERAGED_BUDGET_VOXELS = 16_000_000
-"""A full volume in blocks of about 5 voxels an axis: finer than a screen shows it, and 16 MB."""
+AVERAGED_BUDGET_VOXELS = 5_000_000
+"""What a renderer without a GPU draws at rest in under half a second."""
 
 _TILE_BYTES = 16 << 20
 
