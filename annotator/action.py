@@ -16,7 +16,7 @@ When = Literal[
     "next",
     "jobs",
 ]
-"""What must be there for an action to make sense; `annotator.menus` decides it from the session's state."""
+"""What must be there for an action to make sense; `annotator.action_state` finds it in the session."""
 
 
 @dataclass(frozen=True)

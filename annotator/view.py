@@ -10,6 +10,9 @@ from annotations.volumes import Ray
 Mode = Literal["navigate", "place"]
 Rendering = Literal["volume", "mip"]
 Pane = Literal["scene", "slice0", "slice1", "slice2"]
+Preset = Literal["+x", "-x", "+y", "-y", "+z", "-z", "home"]
+"""Directions of the scene's camera, in the order of their keys."""
+
 Layer = Literal["volume", "planes", "axes", "scale_bar", "names", "links", "crosshair"]
 
 ALL_LAYERS: frozenset[Layer] = frozenset(

@@ -3,26 +3,32 @@
 from typing import get_args
 
 from annotator.action import Action
-from annotator.view import Layer, Pane
+from annotator.view import Layer, Pane, Preset
 
-_PANE_TEXTS: dict[Pane, str] = {
-    "scene": "Scene Alone",
-    "slice0": "Slice across x Alone",
-    "slice1": "Slice across y Alone",
-    "slice2": "Slice across z Alone",
+PANE_TITLES: dict[Pane, str] = {
+    "scene": "Scene",
+    "slice0": "Slice across x",
+    "slice1": "Slice across y",
+    "slice2": "Slice across z",
 }
-_LAYER_TEXTS: dict[Layer, tuple[str, str]] = {
-    "volume": ("Volume", "Shift+V"),
-    "planes": ("Slice Planes", "Shift+S"),
-    "axes": ("Axes and Outline", "Shift+A"),
-    "scale_bar": ("Scale Bars", "Shift+B"),
-    "names": ("Keypoint Names", "Shift+N"),
-    "links": ("Links", "Shift+L"),
-    "crosshair": ("Crosshair", "Shift+C"),
+LAYER_TITLES: dict[Layer, str] = {
+    "volume": "Volume",
+    "planes": "Slice Planes",
+    "axes": "Axes and Outline",
+    "scale_bar": "Scale Bars",
+    "names": "Keypoint Names",
+    "links": "Links",
+    "crosshair": "Crosshair",
 }
-
-PRESETS = ("+x", "-x", "+y", "-y", "+z", "-z", "home")
-"""Directions of the scene's camera, in the order of their keys."""
+_LAYER_KEYS: dict[Layer, str] = {
+    "volume": "Shift+V",
+    "planes": "Shift+S",
+    "axes": "Shift+A",
+    "scale_bar": "Shift+B",
+    "names": "Shift+N",
+    "links": "Shift+L",
+    "crosshair": "Shift+C",
+}
 
 VIEW_ACTIONS: tuple[Action, ...] = (
     Action(
@@ -35,7 +41,11 @@ VIEW_ACTIONS: tuple[Action, ...] = (
     ),
     *(
         Action(
-            f"show_{pane}", _PANE_TEXTS[pane], "View/Panes", (f"F{number}",), "Let this pane fill the window."
+            f"show_{pane}",
+            f"{PANE_TITLES[pane]} Alone",
+            "View/Panes",
+            (f"F{number}",),
+            "Let this pane fill the window.",
         )
         for number, pane in enumerate(get_args(Pane), start=5)
     ),
@@ -51,7 +61,7 @@ VIEW_ACTIONS: tuple[Action, ...] = (
             "Turn the scene's camera.",
             "volume",
         )
-        for number, preset in enumerate(PRESETS, start=1)
+        for number, preset in enumerate(get_args(Preset), start=1)
     ),
     Action(
         "perspective",
@@ -84,8 +94,15 @@ VIEW_ACTIONS: tuple[Action, ...] = (
         separated=True,
     ),
     *(
-        Action(f"layer_{layer}", text, "View/Layers", (key,), "Show or hide this layer.", checkable=True)
-        for layer, (text, key) in _LAYER_TEXTS.items()
+        Action(
+            f"layer_{layer}",
+            title,
+            "View/Layers",
+            (_LAYER_KEYS[layer],),
+            "Show or hide this layer.",
+            checkable=True,
+        )
+        for layer, title in LAYER_TITLES.items()
     ),
     Action(
         "detail",

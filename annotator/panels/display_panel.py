@@ -27,17 +27,9 @@ from annotator.panels.quiet_inputs import QuietComboBox
 from annotator.panels.slider_row import SliderRow
 from annotator.session import Session
 from annotator.view import Layer, View
+from annotator.view_actions import LAYER_TITLES
 
 _RENDERINGS = (("Volume", "volume"), ("Maximum intensity projection", "mip"))
-_LAYERS: dict[Layer, str] = {
-    "volume": "Volume",
-    "planes": "Slice planes",
-    "axes": "Axes and outline",
-    "scale_bar": "Scale bars",
-    "names": "Keypoint names",
-    "links": "Links",
-    "crosshair": "Crosshair",
-}
 
 
 class DisplayPanel(QWidget):
@@ -153,8 +145,9 @@ class DisplayPanel(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         self._layers: dict[Layer, QCheckBox] = {}
         for position, layer in enumerate(get_args(Layer)):
-            box = named(QCheckBox(_LAYERS[layer]), f"layer_{layer}")
-            box.setToolTip(f"Show or hide: {_LAYERS[layer].lower()}")
+            title = LAYER_TITLES[layer].capitalize()
+            box = named(QCheckBox(title), f"layer_{layer}")
+            box.setToolTip(f"Show or hide: {title.lower()}")
             box.setProperty("layer", layer)
             box.clicked.connect(self._on_layer_clicked)
             grid.addWidget(box, position // 2, position % 2)

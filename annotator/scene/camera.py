@@ -3,14 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from annotations.geometry.frames import Vector, vector
+from annotator.view import Preset
 
-Preset = Literal["home", "+x", "-x", "+y", "-y", "+z", "-z"]
 PRESETS: tuple[Preset, ...] = get_args(Preset)
 
 VIEW_ANGLE_DEG = 30.0
