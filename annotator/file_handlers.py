@@ -6,16 +6,19 @@ from pathlib import Path
 from PySide6.QtWidgets import QFileDialog, QMainWindow
 
 from annotations.app_folders import data_folder
+from annotations.documents.study import STUDY_FILE
 from annotations.errors import UserError
 from annotations.synthesis.demo import make_demo_study
+from annotations.volumes.opening import SUFFIXES
 from annotator.actions import RECENT_FILES
 from annotator.questions import Questions
 from annotator.session import Session
 from annotator.settings import Settings
 
+_VOLUMES = " ".join(f"*{suffix}" for suffix in SUFFIXES)
 _FILES = (
-    "Volumes, annotations and studies (*.npy *.npz *.h5 *.hdf5 *.he5 *.tif *.tiff *.zarr *.json *.toml);;"
-    "Annotations (*.json);;All files (*)"
+    f"Volumes, annotations and studies ({_VOLUMES} *.json *.toml);;"
+    f"Volumes ({_VOLUMES});;Annotations (*.json);;All files (*)"
 )
 _LEAVING = "Leave it unsaved for now"
 
@@ -119,6 +122,12 @@ class FileHandlers:
         self._session.error_raised.emit(error)
 
     def _on_session_volume_changed(self) -> None:
-        if self._session.volume is not None and self._opening is not None:
-            self._settings.remember_path(self._opening)
-            self._opening = None
+        volume, path = self._session.volume, self._opening
+        if volume is None or path is None:
+            return
+        self._opening = None
+        # Where the path could not be opened, this is another volume, that was opened later.
+        folder = path.parent if path.name == STUDY_FILE else path
+        opened = [volume.path, self._session.annotation_path or volume.path]
+        if any(folder == each or folder in each.parents for each in opened):
+            self._settings.remember_path(path)

@@ -172,7 +172,9 @@ class Questions(QObject):
             self._told.clear()
 
     def _on_session_spacing_requested(self, volume: Volume, offered_um: Vector) -> None:
-        dialog = SpacingDialog(volume, offered_um, self._window)
+        folder = volume.path.parent
+        beside = sum(item.volume_path.parent == folder for item in self._session.items)
+        dialog = SpacingDialog(volume, offered_um, self._window, is_one_of_several=beside > 1)
 
         def on_dialog_accepted() -> None:
             if (answer := dialog.answer) is not None:

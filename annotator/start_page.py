@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QCommandLinkButton, QFrame, QHBoxLayout, QLabel, Q
 from annotator.labels import Heading
 
 _COLUMN_LETTERS = 84
+_TITLE = "Open a volume to annotate"
 
 
 class StartPage(QWidget):
@@ -31,7 +32,9 @@ class StartPage(QWidget):
         column = QFrame()
         column.setMaximumWidth(_COLUMN_LETTERS * self.fontMetrics().averageCharWidth())
         layout = QVBoxLayout(column)
-        layout.addWidget(Heading("Open a volume to annotate"))
+        self._title = Heading(_TITLE)
+        self._title.setObjectName("start_title")
+        layout.addWidget(self._title)
         layout.addWidget(QLabel("Drop a file or a folder anywhere on the window, or choose:"))
         links = [_ActionLink(action) for action in opening]
         for link in links:
@@ -53,6 +56,10 @@ class StartPage(QWidget):
             action.changed.connect(self._draw)
         self.setFocusProxy(links[0])
         self._draw()
+
+    def show_opening(self, title: str) -> None:
+        """Say what is being opened; an empty text says that nothing is."""
+        self._title.setText(f"{title} …" if title else _TITLE)
 
     def _draw(self) -> None:
         self._recent_title.setVisible(any(action.isVisible() for action in self._recent))

@@ -7,11 +7,12 @@ from typing import get_args
 from annotations.volumes import intensity_window
 from annotator.four_up import FourUp
 from annotator.held_key import HeldKey
+from annotator.level_loader import DETAIL_SIZE_UM
 from annotator.scene.camera import PRESETS
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
 from annotator.slices.slice_view import SliceView
-from annotator.view import Layer, Pane
+from annotator.view import Layer, Pane, View
 
 _CLOSE_UP_UM = 2500.0
 _ZOOM_STEP = 1.25
@@ -41,6 +42,7 @@ class ViewHandlers:
         self._hidden_while = hidden_while
         self._perspective = False
         hidden_while.released.connect(self._on_hidden_while_released)
+        session.view_changed.connect(self._on_session_view_changed)
 
     @property
     def perspective(self) -> bool:
@@ -109,6 +111,25 @@ class ViewHandlers:
 
     def _on_hidden_while_released(self) -> None:
         self._session.look(overlays_hidden=False)
+
+    def _on_session_view_changed(self, before: View, after: View) -> None:
+        if self._session.volume is None:
+            return
+        if after.detail and (before.detail, before.active_keypoint) != (True, after.active_keypoint):
+            self._show_detail(after.active_keypoint)
+        elif before.detail and not after.detail:
+            # Of the whole volume, only the close-up of the block would be seen.
+            self._scene.zoom_to_fit()
+
+    def _show_detail(self, name: str | None) -> None:
+        placed = name is not None and name in self._session.shown_positions_um()
+        if placed and name is not None:
+            self._scene.zoom_to_keypoint(name)
+        millimetres = max(DETAIL_SIZE_UM) / 1000
+        centre = name if placed else "the crosshair"
+        self._session.message_posted.emit(
+            f"The scene shows {millimetres:g} mm around {centre} at full resolution"
+        )
 
     def _auto_window(self) -> None:
         level = self._session.slice_level

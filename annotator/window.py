@@ -44,7 +44,7 @@ _FRAME_SIZE = QSize(16, 56)
 # As many as a small window has room for; the menu has them all.
 _RECENT_ON_START_PAGE = 4
 # Part of the window's width, at the first start, that the panels on the left take.
-_LEFT_WIDTH = 0.12
+_LEFT_WIDTH = 0.14
 # A narrower window has no room for a column of panels on either side of the panes.
 _TWO_COLUMNS_PX = 1280
 
@@ -293,8 +293,9 @@ class MainWindow(QMainWindow):
         self.actions_by_name.draw(state, {*also, *self._parts.checked()})
 
     def _draw_centre(self) -> None:
-        is_opening = any(job.shown for job in self.session.jobs.running)
-        if self.session.volume is None and is_opening:
+        opening = [job.title for job in self.session.jobs.running if job.shown]
+        self._start_page.show_opening(opening[-1] if opening else "")
+        if self.session.volume is None and opening:
             # From one volume to the next there is none for a moment: what is shown stays.
             return
         is_open = self.session.volume is not None

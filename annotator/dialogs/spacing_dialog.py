@@ -45,9 +45,18 @@ class SpacingDialog(QDialog):
     volume : Volume
     offered_um : (float, float, float)
         What the fields begin with.
+    is_one_of_several : bool
+        Whether others of its folder are to be annotated too: then one answer is offered for all of them.
     """
 
-    def __init__(self, volume: Volume, offered_um: Vector, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        volume: Volume,
+        offered_um: Vector,
+        parent: QWidget | None = None,
+        *,
+        is_one_of_several: bool = False,
+    ) -> None:
         super().__init__(parent)
         self._shape = volume.shape
         self.setObjectName("spacing_dialog")
@@ -90,6 +99,7 @@ class SpacingDialog(QDialog):
             ("this time only", "once"),
         ):
             self._scope.addItem(text, scope)
+        self._scope.setCurrentIndex(self._scope.findData("folder" if is_one_of_several else "file"))
         self._scope.setToolTip(
             f"For this file, writes {sidecar_path(volume.path).name} beside the volume; for all that do "
             f"not say it themselves, {folder_answers_path(volume.path.parent).name} into the folder. "

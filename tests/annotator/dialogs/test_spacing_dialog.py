@@ -127,6 +127,14 @@ def test_an_answer_need_not_be_remembered(qtbot: QtBot, dialog: SpacingDialog) -
     assert dialog.answer == SpacingAnswer(OMES_SPACING_UM, 2, "once")
 
 
+def test_one_of_several_volumes_offers_an_answer_for_all(qtbot: QtBot, tmp_path: Path) -> None:
+    np.save(tmp_path / "v001.npy", np.zeros((3, 4, 5), np.uint8))
+    with open_volume(tmp_path / "v001.npy") as volume:
+        dialog = SpacingDialog(volume, OMES_SPACING_UM, is_one_of_several=True)
+    qtbot.addWidget(dialog)
+    assert dialog.answer == SpacingAnswer(OMES_SPACING_UM, 2, "folder")
+
+
 def test_another_scanner_s_depth_axis_is_chosen(qtbot: QtBot, dialog: SpacingDialog) -> None:
     box = dialog.findChild(QComboBox, "spacing_depth_axis")
     assert isinstance(box, QComboBox)

@@ -10,11 +10,13 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFileDialog,
     QInputDialog,
+    QLabel,
     QLineEdit,
     QTreeWidget,
     QWidget,
 )
 
+from annotations.volumes.opening import SUFFIXES
 from annotator import theme
 from annotator.dialogs.about_dialog import AboutDialog
 from annotator.dialogs.settings_dialog import SettingsDialog
@@ -202,3 +204,47 @@ class TestDisplay:
         window.actions_by_name["auto_window"].trigger()
         window.close()
         assert settings.display_window("uint8") is None
+
+
+def test_file_that_could_not_be_opened_is_not_recent(
+    qtbot, empty_window, person_at, settings, volume_path, tmp_path
+):
+    broken = tmp_path / "broken.npy"
+    broken.write_bytes(b"nothing")
+    empty_window.open_path(broken)
+    person = person_at(empty_window)
+    qtbot.waitUntil(person.has_dialog)
+    QApplication.activeModalWidget().close()
+    empty_window.session.open_path(volume_path)
+    qtbot.waitUntil(lambda: empty_window.session.volume is not None)
+    assert settings.recent_paths == ()
+
+
+def test_dialog_offers_every_volume_that_can_be_opened(monkeypatch, empty_window):
+    asked = []
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *given: asked.append(given[-1]) or ("", ""))
+    empty_window.actions_by_name["open_file"].trigger()
+    volumes = asked[0].split(";;")[1]
+    assert volumes == f"Volumes ({' '.join(f'*{suffix}' for suffix in SUFFIXES)})"
+
+
+def test_start_page_says_what_is_being_opened(qtbot, empty_window, volume_path):
+    title = empty_window.findChild(QLabel, "start_title")
+    assert title.text() == "Open a volume to annotate"
+    empty_window.open_path(volume_path)
+    qtbot.waitUntil(lambda: title.text().startswith(("Looking at", "Opening", "Reading")))
+    qtbot.waitUntil(lambda: empty_window.session.volume is not None)
+
+
+def test_detail_is_named_and_brought_into_view(qtbot, window, session):
+    session.place((318.0, 405.0, 235.0))
+    session.activate("k0")
+    window.prepare_scene()
+    qtbot.waitUntil(window.scene.isVisible)
+    window.scene.picture()
+    whole = window.scene.camera
+    window.actions_by_name["detail"].trigger()
+    assert window.status.currentMessage() == "The scene shows 2 mm around k0 at full resolution"
+    assert window.scene.camera.height_um < whole.height_um
+    window.actions_by_name["detail"].trigger()
+    assert window.scene.camera.height_um == pytest.approx(whole.height_um, rel=0.05)
