@@ -55,7 +55,8 @@ class ChoiceDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addWidget(Heading(heading))
         layout.addWidget(WrappedText(problem, name=f"{name}_problem"))
-        if path is not None:
+        # A problem mostly begins with the path that it is about.
+        if path is not None and str(path) not in problem:
             layout.addWidget(ElidedText(str(path)))
         for choice in choices:
             button = named(QPushButton(choice.title), f"{name}_{choice.value}", tooltip=choice.explanation)

@@ -31,4 +31,4 @@ class OverwriteDialog(ChoiceDialog):
 
     def __init__(self, problem: str, path: Path | None = None, parent: QWidget | None = None) -> None:
         super().__init__("overwrite", "Which version should stay?", problem, path, _CHOICES, _CANCEL, parent)
-        self.setWindowTitle("The file was changed by another program")
+        self.setWindowTitle("File changed elsewhere")

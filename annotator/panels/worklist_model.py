@@ -24,6 +24,10 @@ class WorklistModel(QAbstractTableModel):
         self._current = session.current_index
         session.worklist_changed.connect(self._on_session_worklist_changed)
 
+    def labels(self) -> tuple[str, ...]:
+        """Return the names of all the volumes."""
+        return tuple(item.label for item in self._items)
+
     def rowCount(self, parent: Index = _ROOT) -> int:
         return 0 if parent.isValid() else len(self._items)
 
@@ -56,7 +60,7 @@ class WorklistModel(QAbstractTableModel):
                 font.setBold(True)
                 return font
             case Qt.ItemDataRole.ToolTipRole:
-                return f"{item.volume_path}\nAnnotation: {item.annotation_path}"
+                return f"{item.label}\n{item.volume_path}\nAnnotation: {item.annotation_path}"
         return None
 
     @Slot()

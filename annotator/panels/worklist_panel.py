@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
 
 from annotator.labels import ElidedText
 from annotator.naming import named
+from annotator.panels.name_elision import ElidedNameDelegate
 from annotator.panels.worklist_model import WorklistModel
 from annotator.session import Session
 
@@ -59,6 +60,7 @@ class WorklistPanel(QWidget):
         self._list.setAlternatingRowColors(True)
         self._list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self._list.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self._list.setItemDelegateForColumn(0, ElidedNameDelegate(self._model.labels, self._list))
         self._list.header().setStretchLastSection(False)
         self._list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         self._list.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
