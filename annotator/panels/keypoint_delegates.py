@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from PySide6.QtCore import QAbstractItemModel, QEvent, QObject, QPoint, Qt
+from PySide6.QtCore import QAbstractItemModel, QEvent, QObject, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent, QPainter, QPen
 from PySide6.QtWidgets import (
     QAbstractItemDelegate,
@@ -31,6 +31,30 @@ class NameDelegate(QStyledItemDelegate):
             option.text = index.data(Qt.ItemDataRole.EditRole)
 
 
+class StateBox(QuietComboBox):
+    """A list of states that tells when it has closed, whatever closed it.
+
+    Signals
+    -------
+    popup_closed
+
+    Attributes
+    ----------
+    is_done : bool
+        Whether the editing has ended: Qt complains of an editor that is closed twice.
+    """
+
+    popup_closed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.is_done = False
+
+    def hidePopup(self) -> None:
+        super().hidePopup()
+        self.popup_closed.emit()
+
+
 class StateDelegate(QStyledItemDelegate):
     """Chooses a keypoint's state from a list that opens at once; the choice is kept when it is made."""
 
@@ -41,12 +65,14 @@ class StateDelegate(QStyledItemDelegate):
             option.text = SHORT_STATES.get(option.text, option.text)
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QComboBox:
-        editor = QuietComboBox(parent)
+        editor = StateBox(parent)
         editor.setObjectName("keypoint_state_editor")
         editor.setAccessibleName("State")
         for state in STATES:
             editor.addItem(state.replace("_", " "), state)
         editor.activated.connect(lambda: self._keep(editor))
+        # A choice is announced only after the list has closed; without one the box would stay behind.
+        editor.popup_closed.connect(lambda: QTimer.singleShot(0, editor, lambda: self._close(editor)))
         return editor
 
     def setEditorData(self, editor: QWidget, index: Index) -> None:
@@ -58,9 +84,14 @@ class StateDelegate(QStyledItemDelegate):
         if isinstance(editor, QComboBox):
             model.setData(index, editor.currentData())
 
-    def _keep(self, editor: QComboBox) -> None:
+    def _keep(self, editor: StateBox) -> None:
         self.commitData.emit(editor)
-        self.closeEditor.emit(editor, QAbstractItemDelegate.EndEditHint.NoHint)
+        self._close(editor)
+
+    def _close(self, editor: StateBox) -> None:
+        if not editor.is_done:
+            editor.is_done = True
+            self.closeEditor.emit(editor, QAbstractItemDelegate.EndEditHint.NoHint)
 
 
 class CoordinateDelegate(QStyledItemDelegate):

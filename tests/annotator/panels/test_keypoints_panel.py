@@ -217,3 +217,22 @@ def test_room_that_is_left_over_goes_to_whole_words_and_the_source(table: QTable
     assert not table.isColumnHidden(Column.SOURCE)
     width = table.fontMetrics().horizontalAdvance("out of view")
     assert table.columnWidth(Column.STATE) > width
+
+
+@pytest.mark.qt_log_ignore(OFFSCREEN)
+def test_a_list_of_states_that_is_closed_leaves_nothing_behind(
+    qtbot: QtBot, session: Session, table: QTableView
+) -> None:
+    click(qtbot, table, 0, Column.STATE)
+    editor = table.findChild(QComboBox, "keypoint_state_editor")
+    assert isinstance(editor, QComboBox)
+    qtbot.waitUntil(editor.view().isVisible)
+    qtbot.keyClick(editor.view(), Qt.Key.Key_Escape)
+    qtbot.waitUntil(lambda: table.findChild(QComboBox, "keypoint_state_editor") is None)
+    assert session.document is not None
+    assert session.document.keypoint("k0").state == "placed"
+
+
+def test_a_right_click_on_a_state_opens_nothing(qtbot: QtBot, table: QTableView) -> None:
+    qtbot.mouseClick(table.viewport(), Qt.MouseButton.RightButton, pos=cell(table, 0, Column.STATE))
+    assert table.findChild(QComboBox, "keypoint_state_editor") is None
