@@ -150,7 +150,12 @@ class PositionEditor(QWidget):
         document = self._session.document
         usable = False
         if name is None or position_um is None or spacing_um is None or document is None:
-            self._title.setText("No active keypoint: choose one in the table or by its number key")
+            none_active = "No active keypoint: choose one in the table or by its number key"
+            self._title.setText("No volume is open" if document is None else none_active)
+            for box in self._boxes:
+                # The last numbers were another volume's.
+                with QSignalBlocker(box):
+                    box.clear()
         else:
             keypoint = document.keypoint(name)
             usable = not keypoint.locked
@@ -180,7 +185,8 @@ class PositionEditor(QWidget):
         # Setting either rewrites the text, and would move the cursor of the person who is typing it.
         if box.singleStep() != step:
             box.setSingleStep(step)
-        if over_typing or not _looks_like(box.value(), value):
+        # A box that was empty and out of use has kept its value without showing it.
+        if over_typing or not box.isEnabled() or not _looks_like(box.value(), value):
             with QSignalBlocker(box):
                 box.setValue(value)
 

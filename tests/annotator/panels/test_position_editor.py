@@ -240,3 +240,20 @@ def test_the_wheel_passes_over_boxes_without_focus(session: Session, frame: QWid
     target.setFocus()
     QApplication.sendEvent(target, event)
     assert session.view.preview is not None
+
+
+def test_closing_the_volume_empties_the_boxes_and_opening_it_again_fills_them(
+    qtbot: QtBot, session: Session, frame: QWidget
+) -> None:
+    boxes = [frame.findChild(QDoubleSpinBox, f"position_{letter}") for letter in "xyz"]
+    shown = [box.text() for box in boxes]
+    assert all(shown)
+    assert session.volume is not None
+    path = session.volume.path
+    session.save()
+    session.close_volume()
+    assert [box.text() for box in boxes] == ["", "", ""]
+    session.open_path(path)
+    qtbot.waitUntil(lambda: session.volume is not None)
+    session.activate("k0")
+    assert [box.text() for box in boxes] == shown
