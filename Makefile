@@ -56,7 +56,7 @@ format:  ## rewrite the code in the project's style
 
 docs:  ## rewrite the pages that are made from the code
 	$(call set_up,[test])
-	@$(PY) -m annotator.actions > docs/shortcuts.md
+	@$(PY) -m annotator.actions.table > docs/shortcuts.md
 
 clean:  ## remove the environment and every cache
 	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

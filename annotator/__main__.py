@@ -8,7 +8,7 @@ from pathlib import Path
 from annotations import __version__
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
-from annotator import toolkit
+from annotator.startup import toolkit
 
 _DEMO = "demo"
 _SMALLEST_PX, _LARGEST_PX = 400, 16_000
@@ -29,10 +29,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         spacing_um = _spacing(options.spacing)
         toolkit.prepare(headless=options.screenshot is not None)
         if options.screenshot is None:
-            from annotator.start import run
+            from annotator.startup.start import run
 
             return run(path, demo=demo, annotator=options.annotator, tool=options.tool, spacing_um=spacing_um)
-        from annotator.screenshot import take_screenshot
+        from annotator.startup.screenshot import take_screenshot
 
         return take_screenshot(
             Path(options.screenshot),

@@ -10,10 +10,12 @@ from typing import Literal, get_args
 from PySide6.QtCore import QByteArray, QSettings
 
 from annotations.app_folders import config_folder
-from annotator.actions import RECENT_FILES
-from annotator.spacing_answer import SpacingAnswer
-from annotator.theme import THEMES, Theme
-from annotator.view import Rendering
+from annotator.looks.theme import THEMES, Theme
+from annotator.session.spacing_answer import SpacingAnswer
+from annotator.session.view import Rendering
+
+RECENT_FILES = 8
+"""How many opened paths are remembered."""
 
 Renderer = Literal["auto", "software", "gpu"]
 
@@ -131,7 +133,7 @@ class Settings:
 
     @property
     def panes_state(self) -> QByteArray:
-        """How the four panes share their space, as `annotator.four_up.FourUp` packs it."""
+        """How the four panes share their space, as `annotator.window.four_up.FourUp` packs it."""
         return self._bytes("window/panes")
 
     @panes_state.setter

@@ -14,7 +14,7 @@ from annotations.geometry.tool import AngleTarget, Joint, Link, Targets, ToolSpe
 from annotations.geometry.tool_library import parse_tool, shipped_tools
 from annotations.volumes.file_metadata import SPACING_NAMES
 from annotations.volumes.spacing import read_sidecar, sidecar_path
-from annotator.actions import markdown
+from annotator.actions.table import markdown
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md")])

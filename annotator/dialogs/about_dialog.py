@@ -7,8 +7,8 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPushButton, QVBoxLayout, QWidget
 
 from annotations import __version__
-from annotator.labels import Heading, WrappedText
-from annotator.naming import named
+from annotator.looks.labels import Heading, WrappedText
+from annotator.looks.naming import named
 
 _PARTS = ("mayavi", "vtk", "numpy", "h5py")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from PySide6.QtCore import Slot
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPushButton, QVBoxLayout, QWidget
 
-from annotator.labels import ElidedText, Heading, WrappedText
-from annotator.naming import named
+from annotator.looks.labels import ElidedText, Heading, WrappedText
+from annotator.looks.naming import named
 
 
 @dataclass(frozen=True)

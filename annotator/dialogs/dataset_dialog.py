@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.volumes import DatasetChoice
-from annotator.labels import ElidedText, Heading, WrappedText
+from annotator.looks.labels import ElidedText, Heading, WrappedText
 
 
 class DatasetDialog(QDialog):

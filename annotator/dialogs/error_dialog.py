@@ -18,9 +18,9 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.errors import UserError
-from annotator.folding import Folding
-from annotator.labels import Heading, WrappedText
-from annotator.naming import named
+from annotator.looks.folding import Folding
+from annotator.looks.labels import Heading, WrappedText
+from annotator.looks.naming import named
 
 
 class ErrorDialog(QDialog):

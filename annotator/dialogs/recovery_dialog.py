@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.documents.recovery import Recovery
-from annotator.labels import Heading, WrappedText
-from annotator.naming import named
+from annotator.looks.labels import Heading, WrappedText
+from annotator.looks.naming import named
 
 
 class RecoveryDialog(QDialog):

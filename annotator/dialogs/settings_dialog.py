@@ -16,9 +16,9 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.documents.study import StudyError, annotation_path
-from annotator import theme
-from annotator.labels import ElidedText, WrappedText
-from annotator.naming import named
+from annotator.looks import theme
+from annotator.looks.labels import ElidedText, WrappedText
+from annotator.looks.naming import named
 from annotator.settings import Settings
 
 _THEMES = (("As the system", "system"), ("Light", "light"), ("Dark", "dark"))

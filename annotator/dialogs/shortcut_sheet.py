@@ -14,8 +14,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotator.labels import WrappedText
-from annotator.naming import named
+from annotator.looks.labels import WrappedText
+from annotator.looks.naming import named
 
 Row = tuple[str, str, str]
 """Group, text of the action, shortcut as it is written in the menus."""

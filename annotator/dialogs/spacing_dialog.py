@@ -26,10 +26,10 @@ from annotations.volumes import (
     sidecar_path,
     validate_spacing_um,
 )
-from annotator.labels import ElidedText, Heading, WrappedText
-from annotator.naming import named
-from annotator.spacing_answer import SpacingAnswer
-from annotator.typed_numbers import NotUnderstood, parse_number
+from annotator.looks.labels import ElidedText, Heading, WrappedText
+from annotator.looks.naming import named
+from annotator.looks.typed_numbers import NotUnderstood, parse_number
+from annotator.session.spacing_answer import SpacingAnswer
 
 _PRESETS: tuple[tuple[str, Vector], ...] = (
     ("OMES scanner, full volume", OMES_SPACING_UM),

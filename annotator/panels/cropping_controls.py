@@ -4,12 +4,12 @@ from PySide6.QtCore import QSignalBlocker, Slot
 from PySide6.QtWidgets import QGridLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from annotations.geometry.frames import Vector, extent_um, vector
-from annotator.labels import ColoredLabel, axis_color
-from annotator.naming import named
+from annotator.looks.labels import ColoredLabel, axis_color
+from annotator.looks.naming import named
 from annotator.panels.quiet_inputs import QuietSpinBox
 from annotator.panels.range_slider import RangeSlider
 from annotator.session import Session
-from annotator.view import View
+from annotator.session.view import View
 
 _ENDS = ("from", "to")
 

@@ -17,17 +17,17 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.volumes import intensity_window
-from annotator.colormaps import COLORMAPS
-from annotator.folding import Folding
-from annotator.labels import ElidedText
-from annotator.naming import named
+from annotator.actions.view_table import LAYER_TITLES
+from annotator.looks.colormaps import COLORMAPS
+from annotator.looks.folding import Folding
+from annotator.looks.labels import ElidedText
+from annotator.looks.naming import named
 from annotator.panels.cropping_controls import CroppingControls
 from annotator.panels.histogram import EMPTY, HistogramView, intensity_histogram
 from annotator.panels.quiet_inputs import QuietComboBox
 from annotator.panels.slider_row import SliderRow
 from annotator.session import Session
-from annotator.view import Layer, View
-from annotator.view_actions import LAYER_TITLES
+from annotator.session.view import Layer, View
 
 _RENDERINGS = (("Volume", "volume"), ("Maximum intensity projection", "mip"))
 

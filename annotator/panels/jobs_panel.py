@@ -3,9 +3,9 @@
 from PySide6.QtCore import Slot
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QSizePolicy, QStyle, QToolButton, QWidget
 
-from annotator.jobs import Job
-from annotator.naming import named
+from annotator.looks.naming import named
 from annotator.session import Session
+from annotator.session.jobs import Job
 
 _STEPS = 1000
 

@@ -8,11 +8,11 @@ from PySide6.QtGui import QColor, QFont, QGuiApplication, QIcon, QPainter, QPixm
 
 from annotations.documents.annotation import Annotation, KeypointAnnotation
 from annotations.geometry.frames import Vector, is_inside, um_to_voxel
-from annotator import theme
-from annotator.icons import icon
+from annotator.looks import theme
+from annotator.looks.icons import icon
+from annotator.looks.typed_numbers import NotUnderstood, Unit, parse_length_um, split_triple
 from annotator.session import Session
-from annotator.typed_numbers import NotUnderstood, Unit, parse_length_um, split_triple
-from annotator.view import View
+from annotator.session.view import View
 
 Index = QModelIndex | QPersistentModelIndex
 _ROOT = QModelIndex()

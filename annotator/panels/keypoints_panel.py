@@ -17,13 +17,13 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.documents.annotation import Annotation
-from annotator.labels import WrappedText
-from annotator.naming import named
+from annotator.looks.labels import WrappedText
+from annotator.looks.naming import named
 from annotator.panels.keypoint_delegates import ClearDelegate, CoordinateDelegate, NameDelegate, StateDelegate
 from annotator.panels.keypoints_model import COORDINATES, Column, KeypointsModel
 from annotator.panels.position_editor import PositionEditor
 from annotator.session import Session
-from annotator.view import View
+from annotator.session.view import View
 
 _UNITS = (
     ("um", "µm", "Show and type positions in micrometres"),

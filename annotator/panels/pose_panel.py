@@ -4,13 +4,13 @@ from PySide6.QtCore import Qt, Slot
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
-from annotator.folding import Folding
-from annotator.labels import WrappedText
-from annotator.naming import named
+from annotator.looks.folding import Folding
+from annotator.looks.labels import WrappedText
+from annotator.looks.naming import named
 from annotator.panels.distance_tables import DistanceMatrix, LinkTable
 from annotator.panels.pose_readout import PoseReadout, Reading, pose_readout
 from annotator.session import Session
-from annotator.view import View
+from annotator.session.view import View
 
 _NO_SIGN = (
     "Angles are unsigned: a sign needs the hinge axis, which keypoints alone do not give. "

@@ -7,10 +7,10 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QGridLayout, QSizePolicy, QWidget
 
 from annotations.geometry.frames import Vector, um_to_voxel, vector, voxel_to_um
-from annotator.labels import ColoredLabel, ElidedText, axis_color
+from annotator.looks.labels import ColoredLabel, ElidedText, axis_color
+from annotator.looks.typed_numbers import Unit
 from annotator.panels.quiet_inputs import QuietSpinBox
 from annotator.session import Session
-from annotator.typed_numbers import Unit
 
 _SETTLE_MS = 700
 _DECIMALS = 2

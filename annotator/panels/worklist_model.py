@@ -5,9 +5,9 @@ from typing import Any
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, QPointF, Qt, Slot
 from PySide6.QtGui import QColor, QFont, QGuiApplication, QIcon, QPainter, QPen, QPixmap
 
-from annotator import theme
+from annotator.looks import theme
 from annotator.session import Session
-from annotator.worklist import ItemStatus
+from annotator.session.worklist import ItemStatus
 
 Index = QModelIndex | QPersistentModelIndex
 _ROOT = QModelIndex()

@@ -13,8 +13,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotator.labels import ElidedText
-from annotator.naming import named
+from annotator.looks.labels import ElidedText
+from annotator.looks.naming import named
 from annotator.panels.name_elision import ElidedNameDelegate
 from annotator.panels.worklist_model import WorklistModel
 from annotator.session import Session

@@ -2,7 +2,7 @@
 
 from PySide6.QtGui import QColor, QPalette
 
-from annotator import theme
+from annotator.looks import theme
 
 Rgb = tuple[int, int, int]
 """Red, green, blue from 0 to 255. No alpha: without a GPU one translucent line costs a frame 20 ms."""

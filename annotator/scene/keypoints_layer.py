@@ -8,10 +8,10 @@ import vtk
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QFont, QImage, QPainter, QPen, QRadialGradient
 
-from annotator.keypoint_marks import KeypointMark
 from annotator.scene.colors import ACTIVE, TEXT
 from annotator.scene.picking import SPHERE_PX, Picture
 from annotator.scene.sprites import Sprite, blank, text_picture, text_size_px
+from annotator.session.keypoint_marks import KeypointMark
 
 _MARKER_PX = 28.0  # the sphere, and room for the ring round the active one
 _RING_PX = 4.0

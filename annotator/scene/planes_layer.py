@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from annotations.geometry.frames import Vector, nearest_voxel, vector, voxel_to_um
 from annotations.volumes import Level
-from annotator.colormaps import COLORMAPS
+from annotator.looks.colormaps import COLORMAPS
 from annotator.scene.colors import axis_colors, rgb
 from annotator.scene.segments import Segment, Segments
 from annotator.scene.textured_quad import TexturedQuad

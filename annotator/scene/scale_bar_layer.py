@@ -4,7 +4,7 @@ import vtk
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
-from annotator.scale_bar import length_text, round_length_um
+from annotator.looks.scale_bar import length_text, round_length_um
 from annotator.scene.colors import TEXT
 from annotator.scene.picking import Picture
 from annotator.scene.sprites import Sprite, blank, paint_text, text_size_px

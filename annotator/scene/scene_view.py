@@ -17,15 +17,15 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from annotations.geometry.frames import Vector, vector, voxel_to_um
-from annotator.keypoint_marks import keypoint_marks
+from annotator.looks.windowing import dragged_window
 from annotator.scene.camera import Camera, aimed, fitted, preset, shifted, turned, zoomed
 from annotator.scene.colors import ground
 from annotator.scene.gestures import Gestures
 from annotator.scene.picking import SPHERE_PX, Picture
 from annotator.session import Session
+from annotator.session.keypoint_marks import keypoint_marks
+from annotator.session.view import Preset
 from annotator.settings import Renderer
-from annotator.view import Preset
-from annotator.windowing import dragged_window
 
 if TYPE_CHECKING:
     from annotator.scene.stage import SceneLook, Stage

@@ -14,7 +14,6 @@ from PySide6.QtWidgets import QWidget
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.volumes import Level
-from annotator.keypoint_marks import KeypointMark
 from annotator.scene.axes_layer import AxesLayer
 from annotator.scene.canvas import Canvas
 from annotator.scene.keypoints_layer import KeypointsLayer
@@ -24,8 +23,9 @@ from annotator.scene.planes_layer import PlanesLayer, PlanesLook, SlicesLayer, S
 from annotator.scene.renderers import Renderers, is_software
 from annotator.scene.scale_bar_layer import ScaleBarLayer
 from annotator.scene.volume_layer import MOVING_RAY_PX, VolumeLayer, VolumeLook, next_moving_ray_px
+from annotator.session.keypoint_marks import KeypointMark
+from annotator.session.view import View
 from annotator.settings import Renderer
-from annotator.view import View
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from typing import Protocol
 from PySide6.QtCore import QPoint, QPointF, Qt
 
 from annotations.geometry.frames import Vector
+from annotator.looks.windowing import dragged_window
 from annotator.session import Session
 from annotator.slices.marks import RADIUS_PX, Mark
 from annotator.slices.viewport import Viewport
-from annotator.windowing import dragged_window
 
 # A press this near to a keypoint takes hold of it.
 GRAB_RADIUS_PX = 8.0

@@ -4,7 +4,7 @@ from PySide6.QtCore import QLineF, QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from annotations.geometry.frames import Vector
-from annotator.scale_bar import length_text, round_length_um
+from annotator.looks.scale_bar import length_text, round_length_um
 from annotator.slices.captions import paint_caption
 from annotator.slices.projection import AXIS_NAMES, Plane
 from annotator.slices.viewport import Viewport

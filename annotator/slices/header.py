@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QFont, QPainter
 
+from annotator.looks.theme import Colors
 from annotator.slices.captions import PADDING_PX, paint_caption
 from annotator.slices.guides import INK, MARGIN_PX
 from annotator.slices.projection import AXIS_NAMES, Plane
 from annotator.slices.viewport import Area
-from annotator.theme import Colors
 
 COARSE = "…"
 FAILED = "⚠ coarse: cannot be read"

@@ -16,10 +16,11 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from annotations.documents.annotation import Annotation
 from annotations.volumes import SliceImage, level_slice
-from annotator import theme
-from annotator.click_meaning import click_meaning
-from annotator.colormaps import COLORMAPS
+from annotator.looks import theme
+from annotator.looks.colormaps import COLORMAPS
 from annotator.session import Session
+from annotator.session.click_meaning import click_meaning
+from annotator.session.view import View
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.gestures import SliceGestures
 from annotator.slices.guides import paint_axis_names, paint_crosshair, paint_scale_bar
@@ -30,7 +31,6 @@ from annotator.slices.picture import SlicePicture
 from annotator.slices.projection import AXIS_NAMES, Plane
 from annotator.slices.readout import Readout, read_out
 from annotator.slices.viewport import Area, Viewport, fitting_scale
-from annotator.view import View
 
 # Dark in every theme: grey values are judged against it.
 CANVAS = QColor("#16181b")

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from annotations.volumes import write_sidecar
 from annotator.session import Session
-from annotator.session_options import SessionOptions
+from annotator.session.options import SessionOptions
 from annotator.settings import Settings
 
 SHAPE = (40, 60, 50)
@@ -28,7 +28,7 @@ def write_volume(path: Path, seed: int = 0) -> Path:
 
 @pytest.fixture(autouse=True)
 def cycles_are_collected_only_here() -> Iterator[None]:
-    """Collect reference cycles between the tests, in this thread: `annotator.garbage` says why."""
+    """Collect reference cycles between the tests, in this thread: `annotator.startup.garbage` says why."""
     gc.disable()
     yield
     gc.collect()

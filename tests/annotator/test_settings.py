@@ -3,9 +3,8 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QByteArray
 
-from annotator.actions import RECENT_FILES
-from annotator.settings import Settings
-from annotator.spacing_answer import SpacingAnswer
+from annotator.session.spacing_answer import SpacingAnswer
+from annotator.settings import RECENT_FILES, Settings
 
 
 @pytest.fixture

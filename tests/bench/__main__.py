@@ -41,10 +41,10 @@ class Bench:
 
     def __init__(self, folder: Path) -> None:
         from annotator.session import Session
-        from annotator.session_options import SessionOptions
+        from annotator.session.options import SessionOptions
         from annotator.settings import Settings
-        from annotator.start import make_application
-        from annotator.window import MainWindow
+        from annotator.startup.start import make_application
+        from annotator.window.main_window import MainWindow
 
         self.application = make_application()
         options = SessionOptions(
@@ -174,7 +174,7 @@ def main() -> None:
             subprocess.run([*command, "--seed", "1"], check=True, stdout=sys.stderr)
             volume = next((folder / "study" / "volumes").glob("*.npy"))
             globals()["STARTED"] = time.perf_counter()
-        from annotator import toolkit
+        from annotator.startup import toolkit
 
         toolkit.prepare(headless=False)
         # The annotations of a benchmark do not belong beside somebody's volume.

@@ -18,8 +18,8 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from annotator import theme
 from annotator.dialogs.settings_dialog import SettingsDialog
+from annotator.looks import theme
 from annotator.settings import Settings
 
 LEFT = Qt.MouseButton.LeftButton

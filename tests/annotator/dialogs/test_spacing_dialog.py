@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from annotations.volumes import OMES_REALTIME_SPACING_UM, OMES_SPACING_UM, open_volume
 from annotator.dialogs.spacing_dialog import SpacingDialog
-from annotator.spacing_answer import SpacingAnswer
+from annotator.session.spacing_answer import SpacingAnswer
 
 LEFT = Qt.MouseButton.LeftButton
 

@@ -8,11 +8,11 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QLabel, QPus
 from pytestqt.qtbot import QtBot
 
 from annotations.volumes import intensity_window
-from annotator.colormaps import COLORMAPS
+from annotator.looks.colormaps import COLORMAPS
 from annotator.panels.display_panel import DisplayPanel
 from annotator.panels.histogram import HistogramView
 from annotator.session import Session
-from annotator.view import Layer
+from annotator.session.view import Layer
 
 LEFT = Qt.MouseButton.LeftButton
 

@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QToolButton, QVBoxLayout, QW
 from pytestqt.qtbot import QtBot
 
 from annotations.errors import Cancelled
-from annotator.jobs import Job
 from annotator.panels.jobs_panel import JobsPanel
 from annotator.session import Session
+from annotator.session.jobs import Job
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from PySide6.QtGui import QColor, QGuiApplication
 from pytestqt.qtbot import QtBot
 
 from annotations.geometry.frames import Vector
-from annotator import theme
+from annotator.looks import theme
 from annotator.panels.keypoints_model import COORDINATES, Column, KeypointsModel
 from annotator.session import Session
 

@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from annotations.volumes import write_sidecar
+from annotator.looks.theme import apply_theme
 from annotator.scene.renderers import is_software
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
-from annotator.theme import apply_theme
 
 EXTENT_UM = (40 * 15.9, 60 * 13.5, 50 * 9.4)
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QFont, QImage
 
-from annotator.keypoint_marks import KeypointMark
 from annotator.scene.keypoints_layer import label_place, marker_picture
 from annotator.scene.picking import SPHERE_PX
+from annotator.session.keypoint_marks import KeypointMark
 
 PLACED = KeypointMark(
     name="k0",

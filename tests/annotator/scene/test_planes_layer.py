@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from annotator.colormaps import COLORMAPS
+from annotator.looks.colormaps import COLORMAPS
 from annotator.scene.planes_layer import colored
 
 

@@ -14,7 +14,7 @@ from annotations.geometry.frames import Vector
 from annotator.session import Session
 from annotator.settings import Settings
 from annotator.slices.slice_view import SliceView
-from annotator.window import MainWindow
+from annotator.window.main_window import MainWindow
 
 NO_MODIFIER = Qt.KeyboardModifier.NoModifier
 LEFT = Qt.MouseButton.LeftButton

@@ -11,7 +11,7 @@ import random
 import sys
 from pathlib import Path
 
-from annotator import toolkit
+from annotator.startup import toolkit
 
 toolkit.prepare(headless=True)
 
@@ -19,10 +19,10 @@ from PySide6.QtCore import QPoint, Qt, QTimer  # noqa: E402 - after the platform
 from PySide6.QtTest import QTest  # noqa: E402
 
 from annotator.session import Session  # noqa: E402
-from annotator.session_options import SessionOptions  # noqa: E402
+from annotator.session.options import SessionOptions  # noqa: E402
 from annotator.settings import Settings  # noqa: E402
-from annotator.start import make_application  # noqa: E402
-from annotator.window import MainWindow  # noqa: E402
+from annotator.startup.start import make_application  # noqa: E402
+from annotator.window.main_window import MainWindow  # noqa: E402
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 KEYS = (Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_PageDown, Qt.Key.Key_U, Qt.Key.Key_O, Qt.Key.Key_S)

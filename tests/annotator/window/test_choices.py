@@ -17,10 +17,10 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.volumes.opening import SUFFIXES
-from annotator import theme
 from annotator.dialogs.about_dialog import AboutDialog
 from annotator.dialogs.settings_dialog import SettingsDialog
 from annotator.dialogs.shortcut_sheet import ShortcutSheet
+from annotator.looks import theme
 from annotator.settings import Settings
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier

@@ -8,9 +8,9 @@ from PySide6.QtCore import QByteArray
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMenu, QSplitter
 
-from annotator import file_handlers
-from annotator.actions import ACTIONS
-from annotator.four_up import FourUp
+from annotator.actions.table import ACTIONS
+from annotator.window import file_handlers
+from annotator.window.four_up import FourUp
 
 
 def test_every_action_is_in_exactly_one_menu(window):

@@ -13,11 +13,10 @@ from PySide6.QtWidgets import QLabel, QLineEdit
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.volumes import read_sidecar, write_sidecar
-from annotator import volume_opener
 from annotator.dialogs.dataset_dialog import DatasetDialog
 from annotator.dialogs.error_dialog import ErrorDialog
 from annotator.dialogs.spacing_dialog import SpacingDialog
-from annotator.session import Session
+from annotator.session import Session, volume_opener
 
 
 @pytest.fixture

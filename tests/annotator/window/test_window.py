@@ -3,9 +3,9 @@ from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QAbstractButton, QDockWidget, QLabel, QLineEdit, QToolButton, QWidget
 
-from annotator.actions import ACTIONS
+from annotator.actions.table import ACTIONS
 from annotator.settings import Settings
-from annotator.window import MainWindow
+from annotator.window.main_window import MainWindow
 
 
 def test_scene_comes_after_the_window(qtbot, window):

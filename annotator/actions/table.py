@@ -1,0 +1,370 @@
+"""Every action of the application, as data.
+
+The menus, the tool bar, the shortcut sheet and ``docs/shortcuts.md`` are all made from this table and the one
+of the mouse's gestures; ``python -m annotator.actions.table`` prints the last of them.
+"""
+
+from itertools import groupby
+
+from annotator.actions.action import Action
+from annotator.actions.mouse_gestures import GESTURES
+from annotator.actions.view_table import VIEW_ACTIONS
+from annotator.settings import RECENT_FILES
+
+MENUS = ("File", "Edit", "Annotate", "View", "Go", "Help")
+KEYPOINT_KEYS = 9
+
+TOOL_BAR: tuple[tuple[str, ...], ...] = (
+    ("open_file", "save"),
+    ("navigate_mode", "place_mode"),
+    ("undo", "redo"),
+    ("next_unplaced", "mark_done"),
+    ("previous_volume", "next_volume"),
+    ("shortcut_sheet",),
+)
+"""Names of the actions in the tool bar, in groups."""
+
+_FILE = (
+    Action("open_file", "Open Volume or Annotation…", "File", ("Ctrl+O",), "Open a volume or an annotation."),
+    Action(
+        "open_folder", "Open Folder…", "File", ("Ctrl+Shift+O",), "Open a study, or every volume in a folder."
+    ),
+    Action(
+        "open_demo",
+        "Open Demo Study",
+        "File",
+        ("Ctrl+Shift+D",),
+        "Open a study of synthetic volumes.",
+    ),
+    *(
+        Action(
+            f"recent_{number}",
+            f"Recent {number}",
+            "File/Open Recent",
+            (f"Ctrl+Alt+{number}",),
+            "Open again what was open before.",
+        )
+        for number in range(1, RECENT_FILES + 1)
+    ),
+    Action(
+        "save",
+        "Save",
+        "File",
+        ("Ctrl+S",),
+        "Write the annotation to its file now; that also happens by itself.",
+        "document",
+        separated=True,
+    ),
+    Action(
+        "save_as",
+        "Save As…",
+        "File",
+        ("Ctrl+Shift+S",),
+        "Keep the annotation in another file from now on.",
+        "document",
+    ),
+    Action(
+        "recover",
+        "Recover Unsaved Edits…",
+        "File",
+        ("Ctrl+Shift+R",),
+        "Look for edits that were left unsaved when the program ended.",
+        separated=True,
+    ),
+    Action(
+        "close_volume",
+        "Close Volume",
+        "File",
+        ("Ctrl+W",),
+        "Save, and put the volume away.",
+        "volume",
+        separated=True,
+    ),
+    Action("quit", "Quit", "File", ("Ctrl+Q",), "Save, and leave the program."),
+)
+
+_EDIT = (
+    Action("undo", "Undo", "Edit", ("Ctrl+Z",), "Take the last edit back.", "undo", repeats=True),
+    Action("redo", "Redo", "Edit", ("Ctrl+Shift+Z", "Ctrl+Y"), "Make the edit again.", "redo", repeats=True),
+    Action(
+        "copy_pose",
+        "Copy Pose",
+        "Edit",
+        ("Ctrl+Shift+C",),
+        "Copy position, orientation and angles as a table.",
+        "document",
+        separated=True,
+    ),
+    Action(
+        "choose_tool",
+        "Tool…",
+        "Edit",
+        ("T",),
+        "Choose the instrument for new annotations.",
+        separated=True,
+    ),
+    Action(
+        "settings",
+        "Settings…",
+        "Edit",
+        ("Ctrl+,",),
+        "Annotator's name, theme, renderer, autosave and cache.",
+    ),
+)
+
+_MOVES = (
+    ("left", "Left", "Left"),
+    ("right", "Right", "Right"),
+    ("up", "Up", "Up"),
+    ("down", "Down", "Down"),
+    ("before", "One Plane Back", "PgUp"),
+    ("behind", "One Plane On", "PgDown"),
+)
+_MOVE_HELP = (
+    "in the slice used last: the active keypoint in place mode, the crosshair (and no annotation) otherwise."
+)
+
+_ANNOTATE = (
+    Action(
+        "navigate_mode",
+        "Navigate",
+        "Annotate",
+        ("Esc",),
+        "No click moves an annotation. First drops a preview, then leaves place mode.",
+        checkable=True,
+    ),
+    Action(
+        "place_mode",
+        "Place Keypoints",
+        "Annotate",
+        ("P",),
+        "A click places the active keypoint, a drag moves a keypoint.",
+        "document",
+        checkable=True,
+    ),
+    Action(
+        "keep_preview",
+        "Keep Proposed Position",
+        "Annotate",
+        ("Return", "Enter"),
+        "Keep the position that a click in the scene proposed.",
+        "preview",
+    ),
+    Action(
+        "next_unplaced",
+        "Next Unplaced Keypoint",
+        "Annotate",
+        ("N",),
+        "Make the next keypoint without a position the active one.",
+        "document",
+        separated=True,
+    ),
+    *(
+        Action(
+            f"keypoint_{number}",
+            f"Keypoint {number}",
+            "Annotate/Keypoint",
+            (str(number),),
+            "Make this keypoint the active one, and go to it.",
+            "document",
+            checkable=True,
+        )
+        for number in range(1, KEYPOINT_KEYS + 1)
+    ),
+    Action(
+        "go_to_keypoint",
+        "Go to Active Keypoint",
+        "Annotate",
+        ("G",),
+        "Bring the crosshair and the slices to the active keypoint.",
+        "positioned",
+    ),
+    *(
+        Action(
+            f"move_{name}",
+            text,
+            "Annotate/Move by a Voxel",
+            (key,),
+            f"Move by one voxel {_MOVE_HELP}",
+            "volume",
+            repeats=True,
+        )
+        for name, text, key in _MOVES
+    ),
+    *(
+        Action(
+            f"move_{name}_ten",
+            f"{text} by Ten" if number < 4 else text.replace("One Plane", "Ten Planes"),
+            "Annotate/Move by a Voxel",
+            (f"Shift+{key}",),
+            f"Move by ten voxels {_MOVE_HELP}",
+            "volume",
+            separated=number == 0,
+            repeats=True,
+        )
+        for number, (name, text, key) in enumerate(_MOVES)
+    ),
+    Action(
+        "snap_maximum",
+        "Snap to Brightest Point",
+        "Annotate",
+        ("M",),
+        "Move the active keypoint to the brightest point near it.",
+        "positioned",
+        separated=True,
+    ),
+    Action(
+        "snap_edge",
+        "Snap to Edge",
+        "Annotate",
+        ("E",),
+        "Move the active keypoint to the strongest edge near it.",
+        "positioned",
+    ),
+    Action(
+        "state_placed",
+        "Placed",
+        "Annotate/State",
+        ("S",),
+        "The active keypoint is seen where it stands.",
+        "positioned",
+        checkable=True,
+    ),
+    Action(
+        "state_occluded",
+        "Occluded",
+        "Annotate/State",
+        ("O",),
+        "The active keypoint is hidden by something: its position is inferred.",
+        "positioned",
+        checkable=True,
+    ),
+    Action(
+        "state_out_of_view",
+        "Out of View",
+        "Annotate/State",
+        ("V",),
+        "The active keypoint lies outside what was scanned.",
+        "positioned",
+        checkable=True,
+    ),
+    Action(
+        "clear",
+        "Unplaced (Clear)",
+        "Annotate/State",
+        ("Del", "Backspace"),
+        "Remove the active keypoint's position.",
+        "positioned",
+        separated=True,
+    ),
+    Action(
+        "unsure",
+        "Unsure",
+        "Annotate",
+        ("U",),
+        "Say that the active keypoint's position is uncertain.",
+        "positioned",
+        checkable=True,
+    ),
+    Action(
+        "lock",
+        "Locked",
+        "Annotate",
+        ("L",),
+        "Protect the active keypoint from every change.",
+        "active",
+        checkable=True,
+    ),
+    Action(
+        "mark_done",
+        "Done",
+        "Annotate",
+        ("Ctrl+D",),
+        "Say that this volume is finished; it stays editable.",
+        "document",
+        checkable=True,
+        separated=True,
+    ),
+)
+
+_GO = (
+    Action(
+        "previous_volume",
+        "Previous Volume",
+        "Go",
+        ("Ctrl+PgUp",),
+        "Save, and open the volume before this one.",
+        "previous",
+    ),
+    Action(
+        "next_volume",
+        "Next Volume",
+        "Go",
+        ("Ctrl+PgDown",),
+        "Save, and open the volume after this one.",
+        "next",
+    ),
+    Action(
+        "cancel_jobs",
+        "Cancel Background Work",
+        "Go",
+        ("Ctrl+.",),
+        "Stop all work in the background; what is open stays as it is.",
+        "jobs",
+        separated=True,
+    ),
+)
+
+_HELP = (
+    Action("shortcut_sheet", "Shortcuts", "Help", ("?", "F1"), "Show every key and every gesture."),
+    Action(
+        "open_log", "Show Log", "Help", ("Ctrl+Alt+L",), "Show the file in which unexpected errors are kept."
+    ),
+    Action("about", "About", "Help", ("Shift+F1",), "Versions, licence and folders.", separated=True),
+)
+
+ACTIONS: tuple[Action, ...] = _FILE + _EDIT + _ANNOTATE + VIEW_ACTIONS + _GO + _HELP
+
+
+def sheet_rows() -> tuple[tuple[str, str, str], ...]:
+    """Return (group, text, shortcut) of every action and gesture, as the shortcut sheet shows them."""
+    rows = []
+    for menu in MENUS:
+        entries = [entry for entry in ACTIONS if entry.menu.split("/")[0] == menu]
+        for _, group in groupby(entries, _kind):
+            same = list(group)
+            text, keys = same[0].text, ", ".join(same[0].shortcuts)
+            if len(same) > 1:
+                text, keys = f"{text} to {len(same)}", f"{keys} … {same[-1].shortcuts[0]}"
+            rows.append((same[0].menu.replace("/", " › "), text, keys))
+    return (*rows, *((f"Mouse › {entry.place}", entry.effect, entry.gesture) for entry in GESTURES))
+
+
+def _kind(entry: Action) -> str:
+    """Name what a row of the sheet is about: the numbered recent files are one, and so are the keypoints."""
+    return next((kind for kind in ("recent_", "keypoint_") if entry.name.startswith(kind)), entry.name)
+
+
+def markdown() -> str:
+    """Return the page of shortcuts for the documentation."""
+    lines = [
+        "# Shortcuts and gestures",
+        "",
+        "Made from `annotator/actions` by `python -m annotator.actions.table > docs/shortcuts.md`; the",
+        "application shows the same list with `?`. Keys do nothing to an annotation while text is typed.",
+    ]
+    for menu in MENUS:
+        lines += ["", f"## {menu}", "", "| action | keys | what happens |", "|---|---|---|"]
+        for entry in ACTIONS:
+            title, _, submenu = entry.menu.partition("/")
+            if title == menu:
+                text = f"{submenu} › {entry.text}" if submenu else entry.text
+                keys = ", ".join(f"`{key}`" for key in entry.shortcuts)
+                lines.append(f"| {text} | {keys} | {entry.tooltip} |")
+    lines += ["", "## Mouse", "", "| where | gesture | what happens |", "|---|---|---|"]
+    lines += [f"| {entry.place} | {entry.gesture} | {entry.effect} |" for entry in GESTURES]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    print(markdown(), end="")

@@ -1,0 +1,169 @@
+"""The actions of the menu View: what is shown, and how; none of them touches an annotation."""
+
+from typing import get_args
+
+from annotator.actions.action import Action
+from annotator.session.view import Layer, Pane, Preset
+
+PANE_TITLES: dict[Pane, str] = {
+    "scene": "Scene",
+    "slice0": "Slice across x",
+    "slice1": "Slice across y",
+    "slice2": "Slice across z",
+}
+LAYER_TITLES: dict[Layer, str] = {
+    "volume": "Volume",
+    "planes": "Slice Planes",
+    "axes": "Axes and Outline",
+    "scale_bar": "Scale Bars",
+    "names": "Keypoint Names",
+    "links": "Links",
+    "crosshair": "Crosshair",
+}
+_LAYER_KEYS: dict[Layer, str] = {
+    "volume": "Shift+V",
+    "planes": "Shift+S",
+    "axes": "Shift+A",
+    "scale_bar": "Shift+B",
+    "names": "Shift+N",
+    "links": "Shift+L",
+    "crosshair": "Shift+C",
+}
+
+VIEW_ACTIONS: tuple[Action, ...] = (
+    Action(
+        "maximize",
+        "Maximize Pane",
+        "View",
+        ("F",),
+        "Let the pane used last fill the window, or show all four again; so does a double click on a header.",
+        checkable=True,
+    ),
+    *(
+        Action(
+            f"show_{pane}",
+            f"{PANE_TITLES[pane]} Alone",
+            "View/Panes",
+            (f"F{number}",),
+            "Let this pane fill the window.",
+        )
+        for number, pane in enumerate(get_args(Pane), start=5)
+    ),
+    Action(
+        "four_up", "All Four", "View/Panes", ("F4",), "Show the scene and the three slices.", separated=True
+    ),
+    *(
+        Action(
+            f"camera_{preset}",
+            "Home" if preset == "home" else f"Look along {preset.replace('-', '−')}",
+            "View/Camera",
+            (f"Ctrl+{number}",),
+            "Turn the scene's camera.",
+            "volume",
+        )
+        for number, preset in enumerate(get_args(Preset), start=1)
+    ),
+    Action(
+        "perspective",
+        "Perspective",
+        "View/Camera",
+        ("Ctrl+8",),
+        "Draw what is near larger; otherwise one scale holds at every depth.",
+        checkable=True,
+        separated=True,
+    ),
+    Action("zoom_fit", "Zoom to Fit", "View", ("Ctrl+0",), "Fit the whole volume into every pane.", "volume"),
+    Action("zoom_in", "Zoom In", "View", ("Ctrl++", "Ctrl+="), "Enlarge the slices.", "volume", repeats=True),
+    Action("zoom_out", "Zoom Out", "View", ("Ctrl+-",), "Shrink the slices.", "volume", repeats=True),
+    Action(
+        "zoom_keypoint",
+        "Zoom to Active Keypoint",
+        "View",
+        ("Z",),
+        "Show the active keypoint's surroundings in every pane.",
+        "positioned",
+    ),
+    Action(
+        "hide_overlays",
+        "Hide Overlays While Held",
+        "View",
+        ("H",),
+        "Show the bare image as long as the key is held.",
+        "volume",
+        checkable=True,
+        separated=True,
+    ),
+    *(
+        Action(
+            f"layer_{layer}",
+            title,
+            "View/Layers",
+            (_LAYER_KEYS[layer],),
+            "Show or hide this layer.",
+            checkable=True,
+        )
+        for layer, title in LAYER_TITLES.items()
+    ),
+    Action(
+        "detail",
+        "Detail around Keypoint",
+        "View",
+        ("D",),
+        "Show the full resolution around the active keypoint in the scene.",
+        "volume",
+        checkable=True,
+    ),
+    Action(
+        "rendering",
+        "Maximum Intensity Projection",
+        "View",
+        ("R",),
+        "Show the brightest voxel along each ray instead of surfaces.",
+        "volume",
+        checkable=True,
+    ),
+    Action(
+        "auto_window",
+        "Automatic Window",
+        "View",
+        ("W",),
+        "Set window and level by the intensities.",
+        "volume",
+    ),
+    *(
+        Action(
+            f"theme_{theme}",
+            theme.title(),
+            "View/Theme",
+            (f"Ctrl+F{number}",),
+            "Choose the colours of the window.",
+            checkable=True,
+        )
+        for number, theme in enumerate(("light", "dark", "system"), start=9)
+    ),
+    *(
+        Action(
+            f"panel_{panel}",
+            text,
+            "View/Panels",
+            (f"Alt+{number}",),
+            "Show or hide this panel.",
+            checkable=True,
+        )
+        for number, (panel, text) in enumerate(
+            (("worklist", "Volumes"), ("keypoints", "Keypoints"), ("pose", "Pose"), ("display", "Display")),
+            start=1,
+        )
+    ),
+    Action(
+        "reset_layout",
+        "Reset Layout",
+        "View/Panels",
+        ("Alt+0",),
+        "Put every panel back to where it was at first.",
+        separated=True,
+    ),
+    Action(
+        "full_screen", "Full Screen", "View", ("F11",), "Fill the screen.", checkable=True, separated=True
+    ),
+)

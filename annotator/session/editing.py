@@ -1,0 +1,216 @@
+"""The session's editing: choosing a keypoint, placing and moving it, and saying more about it."""
+
+from dataclasses import replace
+from typing import Literal
+
+from PySide6.QtCore import QObject
+
+from annotations.documents import edits
+from annotations.documents.annotation import Certainty, Source, State
+from annotations.documents.edits import EditRefused
+from annotations.geometry.frames import Vector, vector
+from annotations.volumes import Ray
+from annotator.session import placing
+from annotator.session.options import SessionOptions
+from annotator.session.pick_refiner import PickRefiner
+from annotator.session.state import SessionState
+from annotator.session.view import Layer, Mode, Preview
+
+
+class SessionEditing(SessionState):
+    """Every edit of the open document: one pure edit and one undo command each; refusals come as messages."""
+
+    def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
+        super().__init__(options, parent)
+        self._refiner = PickRefiner(self.jobs, self)
+        self._refiner.ray_refined.connect(self._on_refiner_ray_refined)
+        self._refiner.snapped.connect(self._on_refiner_snapped)
+        self._refiner.failed.connect(self._raise_error)
+
+    def activate(self, keypoint: str | None, *, jump: bool = False) -> None:
+        """Choose the keypoint that the next click places; ``jump`` brings the crosshair to it."""
+        position_um = self.shown_positions_um().get(keypoint or "")
+        changes: dict[str, object] = {"active_keypoint": keypoint}
+        preview = self._view.preview
+        if preview is not None and preview.keypoint != keypoint:
+            changes["preview"] = None
+        if jump and position_um is not None:
+            changes["crosshair_um"] = position_um
+        self.look(**changes)
+
+    def activate_next_unplaced(self) -> None:
+        """Choose the next keypoint without a position, counted from the active one."""
+        if (name := self._next_unplaced()) is not None:
+            self.activate(name)
+        elif self._document is not None:
+            self.message_posted.emit("All keypoints are placed")
+
+    def set_mode(self, mode: Mode) -> None:
+        """Say whether clicks place keypoints."""
+        self.look(mode=mode, preview=None)
+
+    def toggle_layer(self, layer: Layer) -> None:
+        """Show or hide a layer."""
+        self.look(layers=self._view.layers ^ {layer})
+
+    # Placing
+
+    def place(self, position_um: Vector, source: Source = "clicked", keypoint: str | None = None) -> None:
+        """Give a keypoint, by default the active one, a position; then the next unplaced one is active."""
+        name = keypoint or self._view.active_keypoint
+        if name is None or self._document is None:
+            self.message_posted.emit("Choose a keypoint first: a number key, or its row in the table")
+            return
+        fresh = name not in self._document.positions_um
+        placed = self._edit(
+            f"{'Place' if fresh else 'Move'} {name}",
+            lambda document: edits.place_keypoint(document, name, vector(position_um), source),
+        )
+        self.look(preview=None, crosshair_um=vector(position_um) if placed else self._view.crosshair_um)
+        following = self._next_unplaced()
+        if placed and fresh and name == self._view.active_keypoint and following is not None:
+            self.activate(following)
+
+    def begin_preview(self, keypoint: str, position_um: Vector, source: Source) -> None:
+        """Show a keypoint where a drag has brought it; the document changes when it is kept."""
+        if self._document is None:
+            return
+        if self._document.keypoint(keypoint).locked:
+            self._refuse(EditRefused(f"keypoint {keypoint} is locked", remedy="Unlock it to move it"))
+            return
+        self.look(preview=Preview(keypoint, vector(position_um), source), active_keypoint=keypoint)
+
+    def keep_preview(self) -> None:
+        """Put the previewed position into the document: one edit."""
+        if (preview := self._view.preview) is not None:
+            self.place(preview.position_um, preview.source, preview.keypoint)
+
+    def settle_typing(self) -> None:
+        """Put a position that is being typed into the document: who saves or leaves meant it."""
+        preview = self._view.preview
+        if preview is not None and preview.source == "typed":
+            self.type_position(preview.keypoint, preview.position_um)
+
+    def drop_preview(self) -> None:
+        """Forget the previewed position; nothing has changed."""
+        self.look(preview=None)
+
+    def pick_ray(self, ray: Ray) -> None:
+        """Take a click in the scene: propose a depth, or settle the proposed one by a second ray."""
+        name = self._view.active_keypoint
+        if name is None or self._document is None or self.level is None:
+            self.message_posted.emit("Choose a keypoint first: a number key, or its row in the table")
+            return
+        if self._document.keypoint(name).locked:
+            self._refuse(EditRefused(f"keypoint {name} is locked", remedy="Unlock it to move it"))
+            return
+        preview = self._view.preview
+        if preview is not None and preview.keypoint == name and preview.ray is not None:
+            settled = placing.settle(preview.ray, ray)
+            if settled.position_um is not None:
+                self.place(settled.position_um, "clicked", name)
+                return
+            self.message_posted.emit(f"Depth not settled: {settled.reason}")
+        position_um = placing.depth_along_ray(self.level, ray, self._view)
+        if position_um is None:
+            self.message_posted.emit("Nothing above the opacity threshold lies under the click")
+            return
+        self.look(preview=Preview(name, position_um, "clicked", ray), crosshair_um=position_um)
+        self._refine(position_um, ray)
+
+    def look_along_ray(self, ray: Ray) -> None:
+        """Bring the crosshair to what a click in the scene meets; no keypoint moves."""
+        if self.level is not None:
+            position_um = placing.depth_along_ray(self.level, ray, self._view)
+            if position_um is not None:
+                self.look(crosshair_um=position_um)
+
+    def nudge(self, axis: int, voxels: int) -> None:
+        """Move the active keypoint along an axis by whole voxels."""
+        name = self._view.active_keypoint
+        if name is None or self._document is None or self.spacing_um is None:
+            return
+        position_um = self.shown_positions_um().get(name)
+        if position_um is None:
+            self.message_posted.emit(f"{name} is not placed yet: choose the keypoint to move first")
+            return
+        moved_um = placing.nudged(position_um, axis, voxels, self.spacing_um)
+        preview = self._view.preview
+        if preview is not None and preview.ray is not None:
+            # A proposal is moved before it is kept; its ray no longer says where it is.
+            self.look(preview=replace(preview, position_um=moved_um, ray=None), crosshair_um=moved_um)
+            return
+        if self._edit(
+            f"Nudge {name}", lambda document: edits.place_keypoint(document, name, moved_um, "nudged")
+        ):
+            self.look(crosshair_um=moved_um)
+
+    def type_position(self, keypoint: str, position_um: Vector) -> None:
+        """Give a keypoint the position that a person typed."""
+        typed_um = vector(position_um)
+        if self._edit(
+            f"Type {keypoint}", lambda document: edits.place_keypoint(document, keypoint, typed_um, "typed")
+        ):
+            self.look(preview=None, active_keypoint=keypoint, crosshair_um=typed_um)
+
+    def snap(self, to: Literal["maximum", "edge"]) -> None:
+        """Move the active keypoint to the brightest voxel or strongest edge near it, once it is found."""
+        name = self._view.active_keypoint
+        position_um = self._document.positions_um.get(name or "") if self._document else None
+        if name is None or position_um is None or self.volume is None or self.spacing_um is None:
+            self.message_posted.emit("Place the keypoint before snapping it")
+            return
+        self._refiner.snap(self.volume, self.spacing_um, name, position_um, to)
+
+    # Saying more about a keypoint
+
+    def set_state(self, keypoint: str, state: State) -> None:
+        """Say how a keypoint is seen."""
+        words = state.replace("_", " ")
+        self._edit(f"Mark {keypoint} {words}", lambda document: edits.set_state(document, keypoint, state))
+
+    def set_certainty(self, keypoint: str, certainty: Certainty) -> None:
+        """Say whether the annotator is sure of a keypoint."""
+        self._edit(
+            f"Mark {keypoint} {certainty}",
+            lambda document: edits.set_certainty(document, keypoint, certainty),
+        )
+
+    def set_locked(self, keypoint: str, locked: bool) -> None:
+        """Protect a keypoint from changes, or release it."""
+        self._edit(
+            f"{'Lock' if locked else 'Unlock'} {keypoint}",
+            lambda document: edits.lock_keypoint(document, keypoint, locked),
+        )
+
+    def clear(self, keypoint: str) -> None:
+        """Remove a keypoint's position."""
+        self._edit(f"Clear {keypoint}", lambda document: edits.clear_keypoint(document, keypoint))
+
+    def _next_unplaced(self) -> str | None:
+        if self._document is None:
+            return None
+        names = [keypoint.name for keypoint in self._document.keypoints]
+        active = self._view.active_keypoint
+        begin = names.index(active) + 1 if active in names else 0
+        placed = self._document.positions_um
+        return next((name for name in names[begin:] + names[:begin] if name not in placed), None)
+
+    def _refine(self, position_um: Vector, ray: Ray) -> None:
+        if self.volume is not None and self.spacing_um is not None and self.level is not None:
+            self._refiner.refine_ray(
+                self.volume, self.spacing_um, self.level.spacing_um, position_um, ray, self._view
+            )
+
+    def _on_refiner_ray_refined(self, proposed_um: Vector, ray: Ray, position_um: Vector) -> None:
+        preview = self._view.preview
+        if preview is not None and preview.ray is ray and preview.position_um == proposed_um:
+            self.look(preview=replace(preview, position_um=position_um), crosshair_um=position_um)
+
+    def _on_refiner_snapped(self, name: str, began_um: Vector, position_um: Vector) -> None:
+        # The keypoint may have moved on while the voxels were read.
+        unmoved = self._document is not None and self._document.positions_um.get(name) == began_um
+        if unmoved and self._edit(
+            f"Snap {name}", lambda document: edits.place_keypoint(document, name, position_um, "snapped")
+        ):
+            self.look(crosshair_um=position_um)

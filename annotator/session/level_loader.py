@@ -1,0 +1,81 @@
+"""Brings the open volume's levels of detail: the averaged one, and full resolution where it is asked for."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QObject, Signal
+
+from annotations.geometry.frames import Vector
+from annotations.volumes import (
+    AVERAGED_BUDGET_VOXELS,
+    Level,
+    LevelCache,
+    Volume,
+    averaged_level,
+    detail_block,
+)
+from annotator.session.jobs import Job, Jobs
+
+# 2 mm a side, 4 million voxels of the full volume: a link's end and what is around it.
+DETAIL_SIZE_UM: Vector = (2000.0, 2000.0, 2000.0)
+
+
+class LevelLoader(QObject):
+    """Loads levels in the background; results for a volume that was closed meanwhile are dropped.
+
+    Signals
+    -------
+    averaged_loaded : Level
+    detail_loaded : Level
+    averaged_failed, detail_failed : Exception
+    """
+
+    averaged_loaded = Signal(object)
+    detail_loaded = Signal(object)
+    averaged_failed = Signal(object)
+    detail_failed = Signal(object)
+
+    def __init__(self, jobs: Jobs, cache: LevelCache, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._jobs = jobs
+        self._cache = cache
+        self._averaged_job: Job | None = None
+        self._detail_job: Job | None = None
+
+    def load_averaged(self, volume: Volume, spacing_um: Vector) -> None:
+        """Load the averaged level of a volume, built once and then kept in the cache."""
+
+        def work(progress: Callable[[float], None], cancelled: Callable[[], bool]) -> Level:
+            level = self._cache.load(volume, spacing_um, AVERAGED_BUDGET_VOXELS)
+            if level is None:
+                level = averaged_level(
+                    volume,
+                    spacing_um,
+                    budget_voxels=AVERAGED_BUDGET_VOXELS,
+                    progress=progress,
+                    cancelled=cancelled,
+                )
+                self._cache.store(volume, spacing_um, AVERAGED_BUDGET_VOXELS, level)
+            return level
+
+        self._averaged_job = self._jobs.start(
+            "Averaging the volume", work, done=self.averaged_loaded.emit, failed=self.averaged_failed.emit
+        )
+
+    def load_detail(self, volume: Volume, spacing_um: Vector, centre_um: Vector) -> None:
+        """Load the full resolution around a position; an earlier request that has not ended is dropped."""
+        if self._detail_job is not None:
+            self._jobs.cancel(self._detail_job)
+        self._detail_job = self._jobs.start(
+            "Reading the detail",
+            lambda _progress, _cancelled: detail_block(volume, spacing_um, centre_um, DETAIL_SIZE_UM),
+            done=self.detail_loaded.emit,
+            failed=self.detail_failed.emit,
+            shown=False,
+        )
+
+    def cancel(self) -> None:
+        """Load nothing more of this volume."""
+        for job in (self._averaged_job, self._detail_job):
+            if job is not None:
+                self._jobs.cancel(job)
+        self._averaged_job = self._detail_job = None

@@ -1,0 +1,370 @@
+"""The session: opens, saves and recovers what `SessionEditing` edits and `SessionState` announces."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+
+from annotations.documents import edits
+from annotations.documents.annotation import Status
+from annotations.documents.files import ChangedOnDisk, file_identity
+from annotations.documents.recovery import Recovery, discard, find_recoveries
+from annotations.durable_files import SaveError
+from annotations.geometry.frames import vector
+from annotator.session.document_file import DocumentFile
+from annotator.session.editing import SessionEditing
+from annotator.session.jobs import Job, Result
+from annotator.session.opening import Opened, OpeningRequest
+from annotator.session.options import SessionOptions
+from annotator.session.spacing_answer import SpacingAnswer
+from annotator.session.view import View
+from annotator.session.volume_opener import VolumeOpener
+from annotator.session.worklist import Worklist, read_worklist, worklist_with
+
+
+class Session(SessionEditing):
+    """Everything that is open in one window, and the only way to change it; signals: see `SessionState`."""
+
+    def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
+        super().__init__(options, parent)
+        self._autosave_failed = False
+        self._looking: Job | None = None
+        self._autosave.save_requested.connect(self._on_autosave_save_requested)
+        self._opener = VolumeOpener(
+            self.jobs,
+            options.spacing_override_um,
+            options.remembered_spacing,
+            options.remember_spacing,
+            self,
+        )
+        self._opener.opened.connect(self._on_opener_opened)
+        self._opener.failed.connect(self._on_opener_failed)
+        self._opener.spacing_requested.connect(self.spacing_requested)
+        self._opener.dataset_requested.connect(self.dataset_requested)
+
+    # Opening and closing
+
+    def open_path(self, path: Path) -> None:
+        """Open a study, an annotation, a folder of volumes or a volume; errors come as ``error_raised``."""
+        annotator = self._options.annotator_name
+        self._look_at(path, lambda: read_worklist(path, annotator), self._on_worklist_read)
+
+    def open_item(self, index: int) -> None:
+        """Save what is open and open another item; what is open stays until the other one is ready."""
+        self._open(self._worklist, index)
+
+    def next_volume(self) -> None:
+        """Open the next item."""
+        self._step(1)
+
+    def previous_volume(self) -> None:
+        """Open the previous item."""
+        self._step(-1)
+
+    def provide_dataset(self, path: Path, name: str) -> None:
+        """Answer ``dataset_requested`` for a file; ignored if another is being opened by now."""
+        self._opener.provide_dataset(path, name)
+
+    def provide_spacing(self, path: Path, answer: SpacingAnswer) -> None:
+        """Answer ``spacing_requested`` for a file; ignored if another is being opened by now."""
+        self._opener.provide_spacing(path, answer)
+
+    def decline_opening(self, path: Path) -> None:
+        """Answer either question with no: the volume is not opened, and what is open stays."""
+        self._opener.decline(path)
+
+    def choose_tool(self, name: str) -> None:
+        """Use another tool for new documents, and for the open one if nothing is placed in it yet."""
+        self._options = replace(self._options, tool_name=name)
+        index = self._current_index
+        if self._document is None or index is None or self._document.tool == name:
+            return
+        if self._document.positions_um or self.unsaved:
+            self.message_posted.emit(
+                f"This annotation stays with {self._document.tool}: keypoints are placed"
+            )
+        elif self._file is not None and self._file.path.exists():
+            self.message_posted.emit(f"The annotation on disk stays with {self._document.tool}")
+        else:
+            self.open_item(index)
+
+    def set_annotator_name(self, name: str) -> None:
+        """Annotate as another person: what is open is saved, and the list is read anew for that person."""
+        if name == self._options.annotator_name:
+            return
+        self._options = replace(self._options, annotator_name=name)
+        if self.items:
+            self.open_path(self._worklist.path)
+        else:
+            self._set_worklist(replace(self._worklist, annotator=name), None)
+
+    def set_autosave(self, seconds: float) -> None:
+        """Change how soon an edit is written to the annotation's file; 0 leaves saving to the person."""
+        self._autosave.set_save_after(seconds)
+
+    def close_volume(self) -> bool:
+        """Save and close what is open; False if it could not be saved, and then it stays open."""
+        if not self._is_saved():
+            return False
+        self.abandon()
+        return True
+
+    def abandon(self) -> None:
+        """Close what is open without saving; unsaved edits stay in the journal for the next start."""
+        self._opener.cancel()
+        self._levels.cancel()
+        self._refiner.cancel()
+        if self._opened is not None:
+            self._close_file(nothing_left=not self.unsaved)
+            self._install(None)
+        if self._current_index is not None:
+            self._set_worklist(self._worklist, None)
+
+    def shut_down(self) -> None:
+        """End all background work; call it last."""
+        self.abandon()
+        self.jobs.close()
+
+    # Recovery
+
+    def offer_recoveries(self) -> None:
+        """Look, in the background, for what a dead program left behind, and ask about it."""
+        folder = self._options.recovery_folder
+        self.jobs.start(
+            "Looking for unsaved work",
+            lambda _progress, _cancelled: find_recoveries(folder),
+            done=self._on_recoveries_found,
+            failed=self._raise_error,
+            shown=False,
+        )
+
+    def recover(self, recovery: Recovery) -> None:
+        """Open the document of a recovery, with its unsaved edits as one edit that can be undone."""
+        present, path = self._worklist, recovery.annotation_path
+        self._look_at(
+            path,
+            lambda: worklist_with(recovery.document, path, present),
+            lambda place: self._open(*place, recovery=recovery),
+        )
+
+    def discard_recovery(self, recovery: Recovery) -> None:
+        """Delete what a dead program left behind."""
+        discard(recovery.journal_path)
+
+    # Saving
+
+    def save(self, *, overwrite: bool = False) -> bool:
+        """Write the document's file; False if that failed, and then a signal has said why."""
+        return self._save(overwrite=overwrite, path=None)
+
+    def save_as(self, path: Path) -> bool:
+        """Write the document to another file, which is its own from then on; False as for `save`."""
+        return self._save(overwrite=True, path=path)
+
+    def reload(self) -> None:
+        """Read the document from its file again, and give up the unsaved edits once that has succeeded."""
+        if self._current_index is not None:
+            self._open(self._worklist, self._current_index, rereads=True)
+
+    def set_status(self, status: Status) -> None:
+        """Mark the document as done, which saves it, or as in progress."""
+        words = status.replace("_", " ")
+        if not self._edit(f"Mark as {words}", lambda document: edits.set_status(document, status)):
+            return
+        if self.save() and status == "done" and self._document is not None:
+            placed = self._document.positions_um
+            missing = [keypoint.name for keypoint in self._document.keypoints if keypoint.name not in placed]
+            self.message_posted.emit(
+                f"Done, though {', '.join(missing)} have no position" if missing else "Done and saved"
+            )
+
+    def _look_at(self, path: Path, read: Callable[[], Result], done: Callable[[Result], None]) -> None:
+        if self._looking is not None:
+            # The last wish counts, not the slowest folder.
+            self.jobs.cancel(self._looking)
+        self._looking = self.jobs.start(
+            f"Looking at {path.name}",
+            lambda _progress, _cancelled: read(),
+            done=done,
+            failed=self._raise_error,
+        )
+
+    def _open(
+        self, worklist: Worklist, index: int, *, recovery: Recovery | None = None, rereads: bool = False
+    ) -> None:
+        if not rereads and not self._is_saved():
+            return
+        if self._opened is None:
+            self._set_worklist(worklist, None)
+        tool_name = worklist.tool_name or self._options.tool_name
+        folders = self._tool_folders(worklist)
+        self._opener.open(
+            OpeningRequest(worklist, index, tool_name, folders, recovery=recovery, rereads=rereads)
+        )
+
+    def _is_saved(self) -> bool:
+        self.settle_typing()
+        return not self.unsaved or self.save()
+
+    def _save(self, *, overwrite: bool, path: Path | None) -> bool:
+        try:
+            self._write(overwrite=overwrite, path=path)
+        except ChangedOnDisk as error:
+            self.overwrite_requested.emit(str(error))
+            return False
+        except SaveError as error:
+            self.error_raised.emit(error)
+            return False
+        return True
+
+    def _write(self, *, overwrite: bool, path: Path | None) -> None:
+        self.settle_typing()
+        if self._document is None or self._file is None:
+            return
+        self._file.save(self._document, overwrite=overwrite, path=path)
+        self._autosave_failed = False
+        self._autosave.watch(self._file)
+        self.undo_stack.setClean()
+        self._refresh_item()
+        self.save_state_changed.emit()
+
+    def _close_file(self, *, nothing_left: bool) -> None:
+        if self._file is not None:
+            try:
+                self._file.close(nothing_left=nothing_left)
+            except SaveError as error:
+                # A journal that cannot be deleted is offered again; it must not keep the document open.
+                self.error_raised.emit(error)
+
+    def _step(self, by: int) -> None:
+        waiting = self._opener.request
+        # Pressed twice: from where the first press leads.
+        here = waiting.index if waiting and waiting.worklist == self._worklist else self._current_index
+        index = (here if here is not None else -by) + by
+        if 0 <= index < len(self.items):
+            self.open_item(index)
+        else:
+            self.message_posted.emit("There is no next volume" if by > 0 else "There is no previous volume")
+
+    def _install(self, opened: Opened | None) -> None:
+        """Make another volume, or none, the open one; every property has changed when the signals come."""
+        before_view, before_document = self._view, self._document
+        self._averaged = self._detail = None
+        self._autosave_failed = False
+        self._opened = opened
+        self._file = None
+        if opened is None:
+            self._document = None
+            self._view = replace(before_view, active_keypoint=None, preview=None, cropping_um=None)
+        else:
+            item = opened.found.item
+            self._document = opened.document
+            self._file = DocumentFile(
+                item.annotation_path,
+                item.volume_path,
+                opened.found.identity,
+                self._options.recovery_folder,
+                opened.document.active_seconds,
+            )
+            self._view = self._first_view(opened)
+        self._autosave.watch(self._file)
+        self.undo_stack.clear()
+        self.volume_changed.emit()
+        self.levels_changed.emit()
+        self.document_changed.emit(before_document, self._document)
+        self.view_changed.emit(before_view, self._view)
+        self.save_state_changed.emit()
+
+    def _first_view(self, opened: Opened) -> View:
+        keypoints = opened.document.keypoints
+        unplaced = (keypoint.name for keypoint in keypoints if keypoint.state == "unplaced")
+        shape = opened.found.volume.shape
+        middle_um = vector(
+            [(size - 1) // 2 * step for size, step in zip(shape, opened.spacing_um, strict=True)]
+        )
+        return replace(
+            self._view,
+            crosshair_um=middle_um,
+            active_keypoint=next(unplaced, keypoints[0].name),
+            preview=None,
+            window=opened.window,
+            opacity_threshold=opened.opacity_threshold,
+            cropping_um=None,
+            detail=False,
+        )
+
+    def _on_recoveries_found(self, recoveries: tuple[Recovery, ...]) -> None:
+        if recoveries:
+            self.recovery_requested.emit(recoveries)
+
+    def _on_worklist_read(self, worklist: Worklist) -> None:
+        if worklist.items:
+            self._open(worklist, worklist.first)
+        elif self.close_volume():
+            self._set_worklist(worklist, None)
+
+    def _on_opener_opened(self, opened: Opened) -> None:
+        request = opened.found.request
+        if not request.rereads and not self._may_give_way_to(opened):
+            return
+        self._levels.cancel()
+        self._refiner.cancel()
+        self._close_file(nothing_left=True)
+        self._worklist, self._current_index = request.worklist, request.index
+        try:
+            self._install(opened)
+        except SaveError as error:
+            self._opened, self._current_index = None, None
+            self._install(None)
+            self.worklist_changed.emit()
+            self.error_raised.emit(error)
+            return
+        self.worklist_changed.emit()
+        self._levels.load_averaged(opened.found.volume, opened.spacing_um)
+        for warning in opened.warnings:
+            self.error_raised.emit(warning)
+        if request.recovery is not None:
+            self._go_on_from(request.recovery)
+
+    def _may_give_way_to(self, opened: Opened) -> bool:
+        """Save what was edited while the other volume was read; False if the open document must stay."""
+        if not self._is_saved():
+            return False
+        item = opened.found.item
+        if self._file is None or self._file.path != item.annotation_path:
+            return True
+        # The open document itself, and what was read of its file may be older than the edits since.
+        return file_identity(item.annotation_path) == opened.found.identity
+
+    def _go_on_from(self, recovery: Recovery) -> None:
+        self._edit("Recover unsaved edits", lambda _document: recovery.document)
+        try:
+            if self._file is not None:
+                self._file.record(recovery.document)
+            discard(recovery.journal_path)
+        except SaveError as error:
+            # The old journal stays where the new one could not take over.
+            self.error_raised.emit(error)
+
+    def _on_opener_failed(self, request: OpeningRequest, error: Exception) -> None:
+        # What is open stays; but of a study whose first volume is bad, a person wants to see the others.
+        if request.worklist.is_folder and request.worklist is not self._worklist and self.close_volume():
+            self._set_worklist(request.worklist, None)
+        self._raise_error(error)
+
+    def _on_autosave_save_requested(self) -> None:
+        if not self.unsaved:
+            return
+        try:
+            self._write(overwrite=False, path=None)
+        except ChangedOnDisk as error:
+            self.overwrite_requested.emit(str(error))
+        except SaveError as error:
+            # A dialog once; a full disk would bring it again and again.
+            if self._autosave_failed:
+                self.message_posted.emit(str(error))
+            else:
+                self.error_raised.emit(error)
+            self._autosave_failed = True
+            self._autosave.try_again()

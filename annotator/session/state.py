@@ -1,0 +1,286 @@
+"""The state of a session: what is open and how it is looked at. The only signals of state."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QUndoStack
+
+from annotations.documents.annotation import Annotation
+from annotations.documents.edits import EditRefused
+from annotations.errors import UserError
+from annotations.geometry.frames import Vector
+from annotations.geometry.tool import ToolSpecification
+from annotations.geometry.tool_library import find_tools
+from annotations.volumes import Level, LevelCache, Volume
+from annotator.session import placing
+from annotator.session.autosave import Autosave
+from annotator.session.commands import EditCommand
+from annotator.session.document_file import DocumentFile
+from annotator.session.jobs import Jobs
+from annotator.session.level_loader import LevelLoader
+from annotator.session.opening import Opened
+from annotator.session.options import SessionOptions
+from annotator.session.view import View
+from annotator.session.worklist import WorkItem, Worklist
+
+
+class SessionState(QObject):
+    """Everything that is open in one window, each thing once, and the signals that announce its changes.
+
+    `SessionEditing` changes the document, `Session` opens and saves it.
+
+    Attributes
+    ----------
+    jobs : Jobs
+        Long work in the background.
+    undo_stack : QUndoStack
+        The edits of the open document; looking around is never on it.
+
+    Signals
+    -------
+    worklist_changed
+        ``items`` or ``current_index`` changed.
+    volume_changed
+        Another volume is open, or none; document, view and levels are already the new ones.
+    levels_changed
+        ``level`` or ``slice_level`` changed.
+    document_changed : Annotation or None, Annotation or None
+        Before and after.
+    view_changed : View, View
+        Before and after.
+    save_state_changed
+        ``unsaved`` or ``annotation_path`` changed.
+    message_posted : str
+        For the status bar.
+    error_raised : UserError
+        For a dialog.
+    spacing_requested, dataset_requested
+        See `VolumeOpener`; answer with `provide_spacing`, `provide_dataset` or `decline_opening`.
+    recovery_requested : tuple of Recovery
+        Left by a program that died: answer each with `recover` or `discard_recovery`.
+    overwrite_requested : str
+        Another program changed the file: answer with ``save(overwrite=True)``, `reload` or `save_as`.
+    """
+
+    worklist_changed = Signal()
+    volume_changed = Signal()
+    levels_changed = Signal()
+    document_changed = Signal(object, object)
+    view_changed = Signal(object, object)
+    save_state_changed = Signal()
+    message_posted = Signal(str)
+    error_raised = Signal(object)
+    spacing_requested = Signal(object, object)
+    dataset_requested = Signal(object, object)
+    recovery_requested = Signal(object)
+    overwrite_requested = Signal(str)
+
+    def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._options = options
+        self._worklist = Worklist(Path(), "", Path(), (), options.annotator_name)
+        self._current_index: int | None = None
+        self._opened: Opened | None = None
+        self._document: Annotation | None = None
+        self._view = View()
+        self._averaged: Level | None = None
+        self._detail: Level | None = None
+        self._file: DocumentFile | None = None
+        self.jobs = Jobs(self)
+        self.undo_stack = QUndoStack(self)
+        self.undo_stack.cleanChanged.connect(self._on_undo_stack_clean_changed)
+        self._autosave = Autosave(options.autosave_s, self)
+        self._autosave.failed.connect(self.error_raised)
+        cache = LevelCache(options.level_cache_folder, options.cache_limit_bytes)
+        self._levels = LevelLoader(self.jobs, cache, self)
+        self._levels.averaged_loaded.connect(self._on_levels_averaged_loaded)
+        self._levels.detail_loaded.connect(self._on_levels_detail_loaded)
+        self._levels.averaged_failed.connect(self._raise_error)
+        self._levels.detail_failed.connect(self._on_levels_detail_failed)
+
+    # What is open
+
+    @property
+    def items(self) -> tuple[WorkItem, ...]:
+        """The volumes to annotate."""
+        return self._worklist.items
+
+    @property
+    def current_index(self) -> int | None:
+        """Index in ``items`` of the open volume."""
+        return self._current_index
+
+    @property
+    def title(self) -> str:
+        """Name of the study or folder."""
+        return self._worklist.title
+
+    @property
+    def volume(self) -> Volume | None:
+        """The open volume."""
+        return self._opened.found.volume if self._opened else None
+
+    @property
+    def spacing_um(self) -> Vector | None:
+        """Spacing of the open volume in µm."""
+        return self._opened.spacing_um if self._opened else None
+
+    @property
+    def spacing_note(self) -> str:
+        """Where the spacing comes from, in words."""
+        return self._opened.spacing_note if self._opened else ""
+
+    @property
+    def tool(self) -> ToolSpecification | None:
+        """The tool of the open document."""
+        return self._opened.found.tool if self._opened else None
+
+    @property
+    def document(self) -> Annotation | None:
+        """The open document as of the last edit."""
+        return self._document
+
+    @property
+    def view(self) -> View:
+        """How the volume is looked at."""
+        return self._view
+
+    @property
+    def slice_level(self) -> Level | None:
+        """The best level of the whole volume so far."""
+        return self._averaged or (self._opened.level if self._opened else None)
+
+    @property
+    def level(self) -> Level | None:
+        """What the scene shows: the detail where it is wanted and there, else the whole volume."""
+        return self._detail if self._view.detail and self._detail is not None else self.slice_level
+
+    @property
+    def annotator_name(self) -> str:
+        """Whose annotations the items' files are."""
+        return self._worklist.annotator
+
+    @property
+    def tool_name(self) -> str:
+        """The tool of new documents: the study's, or the one chosen."""
+        return self._worklist.tool_name or self._options.tool_name
+
+    @property
+    def annotation_path(self) -> Path | None:
+        """Where the open document is kept."""
+        return self._file.path if self._file else None
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether the document has edits that are not in its file (they are in the recovery journal)."""
+        return not self.undo_stack.isClean()
+
+    @property
+    def active_seconds(self) -> float:
+        """Time spent at work on the open document, in seconds."""
+        return self._file.active_seconds if self._file else 0.0
+
+    def shown_positions_um(self) -> Mapping[str, Vector]:
+        """Return the document's positions in µm by keypoint, with the preview drawn in."""
+        positions = dict(self._document.positions_um) if self._document else {}
+        if self._view.preview is not None:
+            positions[self._view.preview.keypoint] = self._view.preview.position_um
+        return positions
+
+    def tools(self) -> Mapping[str, ToolSpecification]:
+        """Return the tools that can be chosen, by name; ToolError where their files are wrong."""
+        return find_tools(self._tool_folders(self._worklist))
+
+    # Looking: never on the undo stack
+
+    def look(self, **changes: object) -> None:
+        """Change how the volume is looked at; the names are those of `View`, TypeError for others."""
+        wanted = replace(self._view, **changes)  # type: ignore[arg-type]
+        if self.volume is not None and self.spacing_um is not None:
+            crosshair_um = placing.clipped_crosshair(wanted.crosshair_um, self.volume.shape, self.spacing_um)
+            wanted = replace(wanted, crosshair_um=crosshair_um)
+        before, self._view = self._view, wanted
+        if before == wanted:
+            return
+        self._note_activity()
+        self.view_changed.emit(before, wanted)
+        if before.detail != wanted.detail:
+            self._detail = None
+            self.levels_changed.emit()
+        if wanted.detail and (before.detail, before.active_keypoint) != (True, wanted.active_keypoint):
+            self._load_detail()
+
+    def _tool_folders(self, worklist: Worklist) -> tuple[Path, ...]:
+        return (worklist.folder / "tools", self._options.user_tool_folder)
+
+    def _edit(self, text: str, edit: Callable[[Annotation], Annotation]) -> bool:
+        """Make one pure edit and push it; False if it was refused."""
+        if self._document is None:
+            return False
+        try:
+            after = edit(self._document)
+        except EditRefused as error:
+            self._refuse(error)
+            return False
+        if after is not self._document:
+            self.undo_stack.push(EditCommand(text, self._document, after, self._show_document))
+        return True
+
+    def _show_document(self, document: Annotation) -> None:
+        before, self._document = self._document, document
+        self._note_activity()
+        # First on disk, then on the screen: whatever a view does next, the edit is safe.
+        self._autosave.record(document)
+        self.document_changed.emit(before, document)
+        self._refresh_item()
+
+    def _refuse(self, error: EditRefused) -> None:
+        self.message_posted.emit(str(error))
+
+    def _note_activity(self) -> None:
+        if self._file is not None:
+            self._file.note_activity()
+
+    def _refresh_item(self) -> None:
+        index = self._current_index
+        if index is None or self._document is None or self._file is None:
+            return
+        item = replace(self.items[index], status=self._document.status, annotation_path=self._file.path)
+        if item != self.items[index]:
+            self._set_worklist(self._worklist.with_item(index, item), index)
+
+    def _set_worklist(self, worklist: Worklist, index: int | None) -> None:
+        self._worklist, self._current_index = worklist, index
+        self.worklist_changed.emit()
+
+    def _load_detail(self) -> None:
+        if self.volume is not None and self.spacing_um is not None:
+            centre_um = self.shown_positions_um().get(
+                self._view.active_keypoint or "", self._view.crosshair_um
+            )
+            self._levels.load_detail(self.volume, self.spacing_um, centre_um)
+
+    def _raise_error(self, error: Exception) -> None:
+        if isinstance(error, UserError):
+            self.error_raised.emit(error)
+        else:
+            # Not foreseen: the window's log takes it, with its traceback.
+            raise error
+
+    def _on_levels_averaged_loaded(self, level: Level) -> None:
+        self._averaged = level
+        self.levels_changed.emit()
+
+    def _on_levels_detail_loaded(self, level: Level) -> None:
+        if self._view.detail:
+            self._detail = level
+            self.levels_changed.emit()
+
+    def _on_levels_detail_failed(self, error: Exception) -> None:
+        self.look(detail=False)
+        self._raise_error(error)
+
+    def _on_undo_stack_clean_changed(self, _clean: bool) -> None:
+        self.save_state_changed.emit()

@@ -1,0 +1,85 @@
+"""Builds the application around a session, and runs it."""
+
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+
+from annotations import __version__
+from annotations.app_folders import state_folder
+from annotations.geometry.frames import Vector
+from annotator.looks.theme import apply_theme
+from annotator.session import Session
+from annotator.session.options import SessionOptions
+from annotator.settings import Settings
+from annotator.startup.crash_log import CrashLog
+from annotator.startup.garbage import GarbageCollection
+from annotator.startup.termination import Termination
+from annotator.window.main_window import MainWindow
+
+
+def make_application() -> QApplication:
+    """Return the one QApplication, with the program's names."""
+    application = QApplication(sys.argv[:1])
+    application.setApplicationName("oct-annotator")
+    application.setApplicationDisplayName("OCT Annotator")
+    application.setApplicationVersion(__version__)
+    return application
+
+
+def run(
+    path: Path | None, *, demo: bool, annotator: str | None, tool: str | None, spacing_um: Vector | None
+) -> int:
+    """Open the window, and return the exit code when it is closed.
+
+    Parameters
+    ----------
+    path : Path or None
+        What to open at once.
+    demo : bool
+        Open the demo study instead.
+    annotator, tool : str or None
+        For this run only; else those of the settings.
+    spacing_um : (float, float, float) or None
+        Of the volumes that no annotation was begun on yet.
+    """
+    application = make_application()
+    settings = Settings()
+    apply_theme(settings.theme)
+    crash_log = CrashLog(state_folder() / "annotator.log")
+    crash_log.start()
+    garbage = GarbageCollection()
+    garbage.start()
+    session = Session(
+        SessionOptions(
+            annotator_name=annotator or settings.annotator_name,
+            tool_name=tool or settings.tool_name,
+            spacing_override_um=spacing_um,
+            autosave_s=settings.autosave_seconds,
+            cache_limit_bytes=settings.cache_limit_mib * 2**20,
+            remembered_spacing=settings.spacing_answer,
+            remember_spacing=settings.remember_spacing_answer,
+        )
+    )
+    window = MainWindow(session, settings, crash_log.path)
+    crash_log.unexpected_error.connect(window.questions.show_error)
+    window.scene_prepared.connect(garbage.settle)
+    termination = Termination(window.close)
+
+    def begin() -> None:
+        if demo:
+            window.open_demo()
+        elif path is not None:
+            window.open_path(path)
+        session.offer_recoveries()
+        window.prepare_scene()
+
+    window.show()
+    QTimer.singleShot(0, begin)
+    code = application.exec()
+    termination.stop()
+    session.shut_down()
+    garbage.stop()
+    crash_log.stop()
+    return code

@@ -1,0 +1,161 @@
+"""What the menus Edit and Annotate do to the document and to the active keypoint."""
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtWidgets import QInputDialog, QWidget
+
+from annotations.documents.annotation import KeypointAnnotation, State
+from annotations.errors import UserError
+from annotations.geometry.frames import vector
+from annotator.actions.table import KEYPOINT_KEYS
+from annotator.session import Session
+from annotator.settings import Settings
+from annotator.slices.projection import Plane
+from annotator.window.questions import Questions
+
+# Steps to the right, downwards, and on to the next plane.
+_DIRECTIONS = {
+    "left": ("horizontal", -1),
+    "right": ("horizontal", 1),
+    "up": ("vertical", -1),
+    "down": ("vertical", 1),
+    "before": ("axis", -1),
+    "behind": ("axis", 1),
+}
+
+
+class AnnotateHandlers:
+    """Turns keys and menu entries into the session's edits.
+
+    Parameters
+    ----------
+    used_axis : callable
+        Returns the axis that the slice used last is across: arrow keys move in its plane, as it is drawn.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        settings: Settings,
+        questions: Questions,
+        used_axis: Callable[[], int],
+        window: QWidget,
+    ) -> None:
+        self._session = session
+        self._questions = questions
+        self._settings = settings
+        self._used_axis = used_axis
+        self._window = window
+
+    def by_name(self) -> Mapping[str, Callable[[], object]]:
+        """Return the handlers by the names of their actions."""
+        session = self._session
+        keypoints = {
+            f"keypoint_{number}": self._choosing(number - 1) for number in range(1, KEYPOINT_KEYS + 1)
+        }
+        moves = {f"move_{name}": self._moving(name, 1) for name in _DIRECTIONS}
+        far_moves = {f"move_{name}_ten": self._moving(name, 10) for name in _DIRECTIONS}
+        return (
+            keypoints
+            | moves
+            | far_moves
+            | {
+                "undo": session.undo_stack.undo,
+                "redo": session.undo_stack.redo,
+                "choose_tool": self._choose_tool,
+                "navigate_mode": self._navigate,
+                "place_mode": lambda: session.set_mode("place"),
+                "keep_preview": session.keep_preview,
+                "next_unplaced": session.activate_next_unplaced,
+                "go_to_keypoint": lambda: session.activate(session.view.active_keypoint, jump=True),
+                "snap_maximum": lambda: session.snap("maximum"),
+                "snap_edge": lambda: session.snap("edge"),
+                "state_placed": self._stating("placed"),
+                "state_occluded": self._stating("occluded"),
+                "state_out_of_view": self._stating("out_of_view"),
+                "clear": lambda: self._with_active(lambda active: session.clear(active.name)),
+                "unsure": lambda: self._with_active(self._toggle_certainty),
+                "lock": lambda: self._with_active(
+                    lambda active: session.set_locked(active.name, not active.locked)
+                ),
+                "mark_done": self._toggle_done,
+            }
+        )
+
+    def _with_active(self, do: Callable[[KeypointAnnotation], None]) -> None:
+        document, name = self._session.document, self._session.view.active_keypoint
+        if document is not None and name is not None:
+            do(document.keypoint(name))
+
+    def _choosing(self, index: int) -> Callable[[], None]:
+        def choose() -> None:
+            document = self._session.document
+            if document is not None and index < len(document.keypoints):
+                self._session.activate(document.keypoints[index].name, jump=True)
+
+        return choose
+
+    def _stating(self, state: State) -> Callable[[], None]:
+        return lambda: self._with_active(lambda active: self._session.set_state(active.name, state))
+
+    def _toggle_certainty(self, active: KeypointAnnotation) -> None:
+        self._session.set_certainty(active.name, "sure" if active.certainty == "unsure" else "unsure")
+
+    def _toggle_done(self) -> None:
+        document = self._session.document
+        if document is not None:
+            self._session.set_status("in_progress" if document.status == "done" else "done")
+
+    def _navigate(self) -> None:
+        if self._session.view.preview is not None:
+            self._session.drop_preview()
+        else:
+            self._session.set_mode("navigate")
+
+    def _moving(self, name: str, voxels: int) -> Callable[[], None]:
+        which, sense = _DIRECTIONS[name]
+
+        def move() -> None:
+            volume, spacing_um = self._session.volume, self._session.spacing_um
+            if volume is None or spacing_um is None:
+                return
+            plane = Plane.across(self._used_axis(), volume.shape, spacing_um, volume.depth_axis)
+            axis: int = getattr(plane, which)
+            if self._session.view.mode == "place":
+                self._session.nudge(axis, sense * voxels)
+            else:
+                # Navigating never moves an annotation: the same keys move where one looks.
+                moved_um = list(self._session.view.crosshair_um)
+                moved_um[axis] += sense * voxels * spacing_um[axis]
+                self._session.look(crosshair_um=vector(moved_um))
+                name = self._session.view.active_keypoint
+                if name in self._session.shown_positions_um():
+                    self._session.message_posted.emit(
+                        f"Crosshair moved; in place mode (P) the keys nudge {name}"
+                    )
+
+        return move
+
+    def _choose_tool(self) -> None:
+        try:
+            tools = self._session.tools()
+        except UserError as error:
+            self._questions.show_error(error)
+            return
+        names = sorted(tools)
+        titles = [f"{name} – {tools[name].title}" if tools[name].title else name for name in names]
+        dialog = QInputDialog(self._window)
+        dialog.setObjectName("tool_dialog")
+        dialog.setWindowTitle("Tool")
+        dialog.setLabelText("Instrument for new annotations:")
+        dialog.setComboBoxItems(titles)
+        if self._session.tool_name in names:
+            dialog.setTextValue(titles[names.index(self._session.tool_name)])
+
+        def on_dialog_accepted() -> None:
+            name = names[titles.index(dialog.textValue())]
+            self._settings.tool_name = name
+            self._session.choose_tool(name)
+
+        dialog.accepted.connect(on_dialog_accepted)
+        self._questions.show(dialog)

@@ -1,0 +1,371 @@
+"""The main window: panes, panels, menus and status line, wired to one session; nothing else."""
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal, Slot
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QShowEvent
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
+
+from annotator.actions.action_set import ActionSet
+from annotator.actions.state import state_of
+from annotator.looks.icons import application_icon
+from annotator.panels.display_panel import DisplayPanel
+from annotator.panels.jobs_panel import JobsPanel
+from annotator.panels.keypoints_panel import KeypointsPanel
+from annotator.panels.pose_panel import PosePanel
+from annotator.panels.worklist_panel import WorklistPanel
+from annotator.scene.scene_view import SceneView
+from annotator.session import Session
+from annotator.session.jobs import Job
+from annotator.session.view import View
+from annotator.settings import Settings
+from annotator.slices.fetching import SliceFetcher
+from annotator.slices.linked_zoom import link_zoom
+from annotator.slices.slice_view import SliceView
+from annotator.window.annotate_handlers import AnnotateHandlers
+from annotator.window.display_memory import DisplayMemory
+from annotator.window.file_handlers import FileHandlers
+from annotator.window.four_up import FourUp
+from annotator.window.held_key import HeldKey
+from annotator.window.questions import Questions
+from annotator.window.start_page import StartPage
+from annotator.window.status_line import StatusLine
+from annotator.window.typing_guard import TypingGuard
+from annotator.window.view_handlers import ViewHandlers
+from annotator.window.window_handlers import WindowHandlers
+
+_TITLE = "OCT Annotator"
+_FIRST_SIZE = QSize(1600, 1000)
+# What the system's frame takes: it is drawn around the window only after that is shown.
+_FRAME_SIZE = QSize(16, 56)
+# As many as a small window has room for; the menu has them all.
+_RECENT_ON_START_PAGE = 4
+# Part of the window's width, at the first start, that the panels on the left take.
+_LEFT_WIDTH = 0.14
+# A narrower window has no room for a column of panels on either side of the panes.
+_TWO_COLUMNS_PX = 1280
+
+
+class MainWindow(QMainWindow):
+    """Everything that a person sees of one session.
+
+    The session outlives the window: whoever made it shuts it down.
+
+    Parameters
+    ----------
+    log_path : Path
+        The log of unexpected errors, for those who want to look.
+    asks : bool
+        Whether the session's questions and errors become dialogs; else somebody else answers them.
+
+    Signals
+    -------
+    scene_prepared
+        Mayavi is imported, and the scene shown.
+
+    Attributes
+    ----------
+    scene, slices, fetcher, four_up, status, questions
+        The parts that those who drive the window from outside need.
+    actions_by_name : ActionSet
+    """
+
+    scene_prepared = Signal()
+
+    def __init__(self, session: Session, settings: Settings, log_path: Path, *, asks: bool = True) -> None:
+        super().__init__()
+        self.setObjectName("main_window")
+        self.setWindowIcon(application_icon())
+        self.setAcceptDrops(True)
+        self.setDockNestingEnabled(True)
+        self.session = session
+        self._settings = settings
+        self._is_built = False
+        self._is_arranged = False
+        self._has_left = False
+        self._is_closing = False
+        self.questions = Questions(session, self, log_path)
+        if asks:
+            self.questions.start()
+        self.fetcher = SliceFetcher(session, self)
+        self.scene = SceneView(session, renderer=settings.renderer)
+        self.slices = tuple(SliceView(session, axis, self.fetcher) for axis in range(3))
+        link_zoom(self.slices)
+        self.four_up = FourUp(session, self.scene, self.slices)
+        # One or the other is hidden: a stack would raise them over each other, which the scene's window,
+        # one of the system's own, does not take well.
+        centre = QWidget()
+        self._centre = QVBoxLayout(centre)
+        self._centre.setContentsMargins(0, 0, 0, 0)
+        self._centre.addWidget(self.four_up)
+        self.setCentralWidget(centre)
+        self._worklist = WorklistPanel(session)
+        self._pose = PosePanel(session)
+        self._docks = self._make_docks()
+        self.status = StatusLine(session)
+        self.status.addPermanentWidget(JobsPanel(session))
+        self.setStatusBar(self.status)
+        self._centre_timer = QTimer(self)
+        self._centre_timer.setSingleShot(True)
+        self._centre_timer.timeout.connect(self._draw_centre)
+        self._display_memory = DisplayMemory(session, settings, self)
+        self._guard = TypingGuard(self.four_up)
+        self._files = FileHandlers(session, settings, self.questions, self)
+        self._looks = ViewHandlers(
+            session, self.scene, self.slices, self.four_up, HeldKey(Qt.Key.Key_H, self)
+        )
+        self._parts = WindowHandlers(
+            session, settings, self.questions, self, self.four_up, self._docks, log_path
+        )
+        annotating = AnnotateHandlers(session, settings, self.questions, lambda: self.four_up.used_axis, self)
+        self.actions_by_name = ActionSet(
+            {
+                **self._files.by_name(),
+                **annotating.by_name(),
+                **self._looks.by_name(),
+                **self._parts.by_name(),
+                "copy_pose": self._pose.copy_to_clipboard,
+            },
+            self,
+            self._draw_actions,
+        )
+        self.actions_by_name.fill_menu_bar(self.menuBar())
+        self.actions_by_name.draw_icons(self.palette())
+        self._make_tool_bar()
+        self._start_page = self._make_start_page()
+        self._connect()
+        self._restore_layout()
+        self._draw_actions()
+        self._draw_title()
+        self._draw_centre()
+        self._is_built = True
+
+    def open_path(self, path: Path) -> None:
+        """Open a volume, an annotation, a study or a folder of volumes, and remember it."""
+        self._files.open_path(path)
+
+    def open_demo(self) -> None:
+        """Open the demo study, which is made first if it is not there."""
+        self._files.open_demo()
+
+    def prepare_scene(self) -> None:
+        """Load Mayavi beside everything else, and show the scene when that is done."""
+        self.session.jobs.start(
+            "Preparing the scene",
+            lambda _progress, _cancelled: importlib.import_module("annotator.scene.stage"),
+            done=self._on_job_stage_imported,
+            failed=self.questions.show_error,
+            shown=False,
+        )
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape:
+            # Nobody wanted it: a person wants out of a text field, back to the images.
+            self.slices[self.four_up.used_axis].setFocus()
+        else:
+            super().keyPressEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if not self._is_arranged:
+            # Not before its size is known.
+            self._is_arranged = True
+            self._arrange_docks()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and self._is_built:
+            self.actions_by_name.draw_icons(self.palette())
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if _dropped_path(event) is not None:
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        path = _dropped_path(event)
+        if path is not None:
+            event.acceptProposedAction()
+            self.open_path(path)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        self._is_closing = True
+        if not self._has_left:
+            self.questions.leave(self._on_questions_left, "Quit without saving")
+        self._is_closing = False
+        if not self._has_left:
+            event.ignore()
+            return
+        self._display_memory.write()
+        self._settings.window_geometry = self.saveGeometry()
+        self._settings.window_state = self.saveState()
+        self._settings.panes_state = self.four_up.state()
+        self._settings.flush()
+        self.session.close_volume()
+        self.fetcher.close()
+        self.scene.shut_down()
+        event.accept()
+
+    def _make_docks(self) -> Mapping[str, QDockWidget]:
+        left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
+        docks = {
+            "worklist": self._dock("worklist", "Volumes", self._worklist, left),
+            "keypoints": self._dock("keypoints", "Keypoints", KeypointsPanel(self.session), right),
+            "pose": self._dock("pose", "Pose", self._pose, right),
+            "display": self._dock("display", "Display", DisplayPanel(self.session), right),
+        }
+        self.tabifyDockWidget(docks["pose"], docks["display"])
+        docks["pose"].raise_()
+        return docks
+
+    def _dock(self, name: str, title: str, panel: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
+        dock = QDockWidget(title)
+        dock.setObjectName(f"dock_{name}")
+        dock.setWidget(panel)
+        self.addDockWidget(area, dock)
+        return dock
+
+    def _make_tool_bar(self) -> None:
+        bar = QToolBar("Tools")
+        bar.setObjectName("tool_bar")
+        bar.setMovable(False)
+        bar.toggleViewAction().setVisible(False)
+        self.actions_by_name.fill_tool_bar(bar)
+        self.addToolBar(bar)
+
+    def _make_start_page(self) -> StartPage:
+        actions = self.actions_by_name
+        page = StartPage(
+            [actions[name] for name in ("open_file", "open_folder", "open_demo")],
+            [actions[f"recent_{number}"] for number in range(1, _RECENT_ON_START_PAGE + 1)],
+        )
+        self._centre.addWidget(page)
+        return page
+
+    def _connect(self) -> None:
+        session = self.session
+        for dock in self._docks.values():
+            dock.visibilityChanged.connect(self._on_dock_visibility_changed)
+        for view in self.slices:
+            view.cursor_moved.connect(self.status.show_cursor)
+        self._worklist.open_file_requested.connect(self._files.open_file)
+        self._worklist.open_folder_requested.connect(self._files.open_folder)
+        session.document_changed.connect(self._on_session_document_changed)
+        session.view_changed.connect(self._on_session_view_changed)
+        session.volume_changed.connect(self._on_session_volume_changed)
+        session.worklist_changed.connect(self._on_session_worklist_changed)
+        session.save_state_changed.connect(self._on_session_save_state_changed)
+        session.undo_stack.indexChanged.connect(self._on_undo_stack_index_changed)
+        session.jobs.job_changed.connect(self._on_jobs_job_changed)
+
+    def _restore_layout(self) -> None:
+        self.resize(_FIRST_SIZE.boundedTo(self.screen().availableSize() - _FRAME_SIZE))
+        if not self._settings.window_geometry.isEmpty():
+            self.restoreGeometry(self._settings.window_geometry)
+        if not self._settings.panes_state.isEmpty():
+            self.four_up.restore(self._settings.panes_state)
+
+    def _arrange_docks(self) -> None:
+        """Give the panes most of the window, and the panels what was left to them the last time."""
+        docks, table = self._docks, self._docks["keypoints"].sizeHint()
+        if self.width() < _TWO_COLUMNS_PX:
+            self.tabifyDockWidget(docks["display"], docks["worklist"])
+            docks["pose"].raise_()
+        self.resizeDocks(
+            [docks["worklist"], docks["keypoints"]],
+            [round(_LEFT_WIDTH * self.width()), table.width()],
+            Qt.Orientation.Horizontal,
+        )
+        self.resizeDocks(
+            [docks["keypoints"], docks["pose"]],
+            [table.height(), max(self.height() - table.height(), 1)],
+            Qt.Orientation.Vertical,
+        )
+        self._parts.keep_layout()
+        if not self._settings.window_state.isEmpty():
+            self.restoreState(self._settings.window_state)
+
+    def _draw_actions(self) -> None:
+        state = state_of(self.session, self._settings.recent_paths)
+        also = {"perspective"} if self._looks.perspective else set()
+        self.actions_by_name.draw(state, {*also, *self._parts.checked()})
+
+    def _draw_centre(self) -> None:
+        opening = [job.title for job in self.session.jobs.running if job.shown]
+        self._start_page.show_opening(opening[-1] if opening else "")
+        if self.session.volume is None and opening:
+            # From one volume to the next there is none for a moment: what is shown stays.
+            return
+        is_open = self.session.volume is not None
+        if is_open == self.four_up.isVisibleTo(self):
+            return
+        self._start_page.setVisible(not is_open)
+        self.four_up.setVisible(is_open)
+        # Keys act at once, instead of landing in the first text field.
+        first = self.slices[self.four_up.used_axis] if is_open else self._start_page
+        first.setFocus()
+
+    def _draw_title(self) -> None:
+        volume = self.session.volume
+        names = [f"{volume.path.name}[*]"] if volume is not None else []
+        if self.session.title and volume is not None and self.session.title != volume.path.name:
+            names.append(self.session.title)
+        self.setWindowTitle(" – ".join([*names, _TITLE]))
+        self.setWindowModified(self.session.unsaved)
+
+    def _on_questions_left(self) -> None:
+        self._has_left = True
+        if not self._is_closing:
+            self.close()
+
+    def _on_job_stage_imported(self, _: object) -> None:
+        self.four_up.show_scene()
+        self.scene_prepared.emit()
+
+    @Slot(object)
+    def _on_jobs_job_changed(self, job: Job) -> None:
+        # Only the first and the last change something: progress comes many times a second.
+        if job.progress is None or job.state != "running":
+            self._draw_actions()
+            self._centre_timer.start()
+
+    @Slot(bool)
+    def _on_dock_visibility_changed(self, _: bool) -> None:
+        self._draw_actions()
+
+    @Slot(int)
+    def _on_undo_stack_index_changed(self, _: int) -> None:
+        self._draw_actions()
+
+    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+        self._draw_actions()
+
+    def _on_session_view_changed(self, before: View, after: View) -> None:
+        if replace(before, crosshair_um=after.crosshair_um, window=after.window) != after:
+            self._draw_actions()
+
+    def _on_session_volume_changed(self) -> None:
+        self._draw_actions()
+        self._draw_title()
+        if self.session.volume is not None:
+            self._draw_centre()
+        else:
+            # The opening of the next one has begun by then, if there is to be one.
+            self._centre_timer.start()
+
+    def _on_session_worklist_changed(self) -> None:
+        self._draw_actions()
+        self._draw_title()
+
+    def _on_session_save_state_changed(self) -> None:
+        self._draw_title()
+
+
+def _dropped_path(event: QDropEvent) -> Path | None:
+    """Return the first local file or folder that is dragged, if there is one."""
+    for url in event.mimeData().urls():
+        if url.isLocalFile():
+            return Path(url.toLocalFile())
+    return None

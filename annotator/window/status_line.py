@@ -1,0 +1,174 @@
+"""The line at the window's foot: the cursor's place, the mode, the spacing, whether all is saved."""
+
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
+
+from annotations.geometry.frames import Vector
+from annotator.looks import theme
+from annotator.looks.labels import ElidedText
+from annotator.session import Session
+from annotator.session.click_meaning import is_active_locked
+from annotator.session.view import View
+
+_MESSAGE_MS = 8000
+_LONGEST_NAME_PX = 160
+_SETTLING = "Return keeps {0}, a click from another angle settles its depth, Esc drops it"
+_PROPOSED = "Return keeps {0} here, Esc drops it"
+_DRAGGED = "Letting go keeps {0} here, Esc drops it"
+_PLACING = "A click places {0}"
+_LOCKED = "{0} is locked: unlock it, or choose another keypoint"
+_ALL_HIDDEN = "Overlays are hidden"
+
+
+class StatusLine(QStatusBar):
+    """Draws the session's state in a few words; a message takes the place of the hint for some seconds."""
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("status_line")
+        self._session = session
+        self._is_spacing_unknown = False
+        self._hint = ElidedText("")
+        self._hint.setObjectName("status_hint")
+        self._hint.setAccessibleName("What the next click does")
+        self.addWidget(self._hint, 1)
+        self._cursor = self._label("status_cursor", "Position and intensity under the cursor")
+        self._spacing = self._label("status_spacing", "Voxel spacing")
+        self._mode = self._label("status_mode", "Mode")
+        self._saved = self._label("status_saved", "Whether the annotation is saved")
+        self._annotator = self._label("status_annotator", "Who annotates")
+        session.message_posted.connect(self._on_session_message_posted)
+        session.view_changed.connect(self._on_session_view_changed)
+        session.volume_changed.connect(self._on_session_volume_changed)
+        session.document_changed.connect(self._on_session_document_changed)
+        session.worklist_changed.connect(self._on_session_worklist_changed)
+        session.save_state_changed.connect(self._on_session_save_state_changed)
+        self._draw_all()
+
+    def show_cursor(self, position_um: Vector | None, intensity: str) -> None:
+        """Show what is under the cursor; None where it is over no slice."""
+        spacing_um = self._session.spacing_um
+        if position_um is None or spacing_um is None:
+            self._cursor.setText("")
+            return
+        millimetres = ", ".join(f"{value / 1000:.3f}" for value in position_um)
+        voxels = ", ".join(f"{value / step:.0f}" for value, step in zip(position_um, spacing_um, strict=True))
+        self._cursor.setText(f"{millimetres} mm  [{voxels}]  {intensity}")
+
+    def say_spacing_is_unknown(self) -> None:
+        """Say that lengths are in voxels for want of a spacing; holds for every volume from now on."""
+        self._is_spacing_unknown = True
+        self._draw_spacing()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._draw_mode()
+            self._draw_spacing()
+            self._draw_saved()
+            self._draw_annotator()
+
+    def _label(self, name: str, accessible_name: str) -> QLabel:
+        label = QLabel()
+        label.setObjectName(name)
+        label.setAccessibleName(accessible_name)
+        label.setContentsMargins(6, 0, 6, 0)
+        self.addPermanentWidget(label)
+        return label
+
+    def _draw_all(self) -> None:
+        self.show_cursor(None, "")
+        self._draw_hint()
+        self._draw_mode()
+        self._draw_spacing()
+        self._draw_saved()
+        self._draw_annotator()
+
+    def _draw_hint(self) -> None:
+        view = self._session.view
+        hint = ""
+        if self._session.volume is None:
+            hint = ""
+        elif view.overlays_hidden:
+            hint = _ALL_HIDDEN
+        elif view.preview is not None and view.preview.ray is not None:
+            hint = _SETTLING.format(view.preview.keypoint)
+        elif view.preview is not None and view.preview.source == "dragged":
+            hint = _DRAGGED.format(view.preview.keypoint)
+        elif view.preview is not None:
+            hint = _PROPOSED.format(view.preview.keypoint)
+        elif view.mode == "place" and view.active_keypoint is not None:
+            hint = (_LOCKED if is_active_locked(self._session) else _PLACING).format(view.active_keypoint)
+        self._hint.setText(hint)
+
+    def _draw_mode(self) -> None:
+        self._mode.setVisible(self._session.volume is not None)
+        placing = self._session.view.mode == "place"
+        self._mode.setText("Placing" if placing else "Navigating")
+        colors = theme.colors(self.palette())
+        _paint(self._mode, colors.placing.name() if placing else "", bold=placing)
+
+    def _draw_spacing(self) -> None:
+        spacing_um = self._session.spacing_um
+        self._spacing.setVisible(spacing_um is not None)
+        if spacing_um is not None:
+            numbers = " × ".join(f"{value:.6g}" for value in spacing_um)
+            unknown = self._is_spacing_unknown
+            self._spacing.setText("Spacing unknown: one unit per voxel" if unknown else f"{numbers} µm")
+            _paint(
+                self._spacing, theme.colors(self.palette()).warning.name() if unknown else "", bold=unknown
+            )
+            self._spacing.setToolTip(f"Voxel spacing along x, y and z, {self._session.spacing_note}")
+
+    def _draw_saved(self) -> None:
+        path = self._session.annotation_path
+        self._saved.setVisible(path is not None)
+        unsaved = self._session.unsaved
+        self._saved.setText("Unsaved" if unsaved else "Saved")
+        where = f"The annotation is kept in {path}"
+        self._saved.setToolTip(f"{where}; unsaved edits are in the recovery file" if unsaved else where)
+        colors = theme.colors(self.palette())
+        _paint(self._saved, colors.warning.name() if unsaved else colors.muted.name(), bold=False)
+
+    def _draw_annotator(self) -> None:
+        name = self._session.annotator_name
+        shown = self.fontMetrics().elidedText(name, Qt.TextElideMode.ElideRight, _LONGEST_NAME_PX)
+        self._annotator.setText(shown)
+        self._annotator.setToolTip(f"{name} annotates; the settings in the menu Edit change who does")
+        _paint(self._annotator, theme.colors(self.palette()).muted.name(), bold=False)
+
+    def _on_session_message_posted(self, message: str) -> None:
+        self.showMessage(message, _MESSAGE_MS)
+
+    def _on_session_view_changed(self, before: View, after: View) -> None:
+        if (before.mode, before.active_keypoint, before.preview, before.overlays_hidden) != (
+            after.mode,
+            after.active_keypoint,
+            after.preview,
+            after.overlays_hidden,
+        ):
+            if after.preview is not None and before.preview is None:
+                # An older message would hide what to do with the proposal.
+                self.clearMessage()
+            self._draw_hint()
+            self._draw_mode()
+
+    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+        # A lock may have come or gone.
+        self._draw_hint()
+
+    def _on_session_worklist_changed(self) -> None:
+        self._draw_annotator()
+
+    def _on_session_volume_changed(self) -> None:
+        self._draw_all()
+
+    def _on_session_save_state_changed(self) -> None:
+        self._draw_saved()
+
+
+def _paint(label: QLabel, color: str, *, bold: bool) -> None:
+    color_rule = f"color: {color};" if color else ""
+    style = f"QLabel {{ {color_rule} font-weight: {'bold' if bold else 'normal'}; }}"
+    if label.styleSheet() != style:
+        label.setStyleSheet(style)

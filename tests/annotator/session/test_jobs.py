@@ -1,0 +1,82 @@
+"""Background work: results in the right thread, progress, cancelling, failures."""
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from annotator.session.jobs import Jobs
+
+
+@pytest.fixture
+def jobs(qtbot: QtBot) -> Iterator[Jobs]:
+    jobs = Jobs()
+    yield jobs
+    jobs.close()
+
+
+def fail(error: Exception) -> None:
+    raise error
+
+
+def test_results_arrive_in_the_thread_that_asked(qtbot: QtBot, jobs: Jobs) -> None:
+    threads: list[threading.Thread] = []
+    jobs.start(
+        "Count",
+        lambda _progress, _cancelled: threading.current_thread(),
+        done=lambda worker: threads.extend((worker, threading.current_thread())),
+        failed=fail,
+    )
+    qtbot.waitUntil(lambda: len(threads) == 2)
+    assert threads[0] is not threads[1] is threading.main_thread()
+    assert jobs.running == ()
+
+
+def test_progress_and_end_are_announced(qtbot: QtBot, jobs: Jobs) -> None:
+    seen: list[tuple[str, float | None]] = []
+    jobs.job_changed.connect(lambda job: seen.append((job.state, job.progress)))
+    jobs.start("Half", lambda progress, _cancelled: progress(0.5), done=lambda _none: None, failed=fail)
+    qtbot.waitUntil(lambda: seen == [("running", None), ("running", 0.5), ("done", 0.5)])
+
+
+def test_a_cancelled_job_delivers_nothing_even_if_it_was_ready(qtbot: QtBot, jobs: Jobs) -> None:
+    release = threading.Event()
+    delivered: list[object] = []
+    job = jobs.start("Wait", lambda _p, _c: release.wait(10), done=delivered.append, failed=delivered.append)
+    jobs.cancel(job)
+    release.set()
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert job.state == "cancelled"
+    assert delivered == []
+
+
+def test_a_failure_comes_to_whoever_asked(qtbot: QtBot, jobs: Jobs) -> None:
+    failures: list[Exception] = []
+
+    def work(_progress: object, _cancelled: object) -> None:
+        raise OSError("the disk is gone")
+
+    job = jobs.start("Fail", work, done=lambda _none: None, failed=failures.append)
+    qtbot.waitUntil(lambda: bool(failures))
+    assert str(failures[0]) == "the disk is gone"
+    assert job.state == "failed"
+
+
+def test_closing_stops_work_and_takes_no_more_results(qtbot: QtBot) -> None:
+    jobs = Jobs()
+    begun = threading.Event()
+    delivered: list[object] = []
+
+    def work(_progress: object, cancelled: object) -> str:
+        begun.set()
+        while not cancelled():  # type: ignore[operator]
+            pass
+        return "too late"
+
+    jobs.start("Spin", work, done=delivered.append, failed=fail)
+    assert begun.wait(10)
+    jobs.close()
+    assert jobs.running == ()
+    qtbot.wait(0)
+    assert delivered == []

@@ -1,0 +1,51 @@
+import gc
+import threading
+import weakref
+
+import pytest
+
+from annotator.startup.garbage import GarbageCollection
+
+
+class Knot:
+    """A reference cycle that notes in which thread it is collected."""
+
+    def __init__(self, collected_in: list[threading.Thread]) -> None:
+        self.own = self
+        weakref.finalize(self, lambda: collected_in.append(threading.current_thread()))
+
+
+@pytest.fixture
+def collection(qapp):
+    made = GarbageCollection()
+    made.start()
+    yield made
+    made.stop()
+
+
+def test_cycles_are_collected_in_the_gui_thread_alone(qtbot, collection):
+    collected_in: list[threading.Thread] = []
+    kept = []
+
+    def work() -> None:
+        for _ in range(2000):
+            Knot(collected_in)
+            kept.append([[] for _ in range(10)])
+
+    worker = threading.Thread(target=work)
+    worker.start()
+    worker.join()
+    assert collected_in == []
+    qtbot.waitUntil(lambda: len(collected_in) == 2000)
+    assert set(collected_in) == {threading.main_thread()}
+
+
+def test_collection_is_given_back(qapp):
+    collection = GarbageCollection()
+    collection.start()
+    collection.settle()
+    assert not gc.isenabled()
+    assert gc.get_freeze_count() > 0
+    collection.stop()
+    assert gc.isenabled()
+    assert gc.get_freeze_count() == 0

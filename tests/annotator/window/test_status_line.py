@@ -1,0 +1,113 @@
+import pytest
+from PySide6.QtWidgets import QLabel, QWidget
+
+from annotations.volumes import Ray
+from annotator.looks import theme
+from annotator.session.view import Preview
+from annotator.window.status_line import StatusLine
+
+A_UM = (318.0, 405.0, 235.0)
+
+
+@pytest.fixture
+def line(qtbot, session):
+    made = StatusLine(session)
+    qtbot.addWidget(made)
+    made.show()
+    return made
+
+
+def text(line: StatusLine, name: str) -> str:
+    return line.findChild(QWidget, name).text()
+
+
+def test_place_of_the_cursor(line):
+    line.show_cursor(A_UM, "117")
+    assert text(line, "status_cursor") == "0.318, 0.405, 0.235 mm  [20, 30, 25]  117"
+    line.show_cursor(None, "")
+    assert text(line, "status_cursor") == ""
+
+
+def test_mode_shows(line, session):
+    assert text(line, "status_mode") == "Navigating"
+    assert text(line, "status_hint") == ""
+    session.set_mode("place")
+    assert text(line, "status_mode") == "Placing"
+    assert "color" in line.findChild(QLabel, "status_mode").styleSheet()
+    assert text(line, "status_hint") == "A click places k0"
+
+
+def test_proposal_says_what_can_be_done_with_it(line, session):
+    ray = Ray((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    line.showMessage("Something else")
+    session.look(preview=Preview("k2", A_UM, "clicked", ray))
+    assert text(line, "status_hint") == (
+        "Return keeps k2, a click from another angle settles its depth, Esc drops it"
+    )
+    assert line.currentMessage() == ""
+    session.look(preview=Preview("k2", A_UM, "typed"))
+    assert text(line, "status_hint") == "Return keeps k2 here, Esc drops it"
+    session.look(preview=None, overlays_hidden=True)
+    assert "hidden" in text(line, "status_hint")
+
+
+def test_message_shows(line, session):
+    session.activate("k0")
+    session.snap("edge")
+    assert "Place the keypoint" in line.currentMessage()
+
+
+def test_spacing_and_its_origin(line, session):
+    assert text(line, "status_spacing") == "15.9 × 13.5 × 9.4 µm"
+    assert session.spacing_note in line.findChild(QLabel, "status_spacing").toolTip()
+    line.say_spacing_is_unknown()
+    assert text(line, "status_spacing") == "Spacing unknown: one unit per voxel"
+
+
+def test_whether_all_is_saved(line, session):
+    assert text(line, "status_saved") == "Saved"
+    session.place(A_UM)
+    assert text(line, "status_saved") == "Unsaved"
+    assert "recovery" in line.findChild(QLabel, "status_saved").toolTip()
+    session.save()
+    assert text(line, "status_saved") == "Saved"
+    session.close_volume()
+    assert not line.findChild(QLabel, "status_saved").isVisible()
+
+
+def test_locked_keypoint_is_not_offered_to_a_click(line, session):
+    session.place(A_UM)
+    session.activate("k0")
+    session.set_mode("place")
+    session.set_locked("k0", True)
+    assert text(line, "status_hint").startswith("k0 is locked")
+    session.set_locked("k0", False)
+    assert text(line, "status_hint") == "A click places k0"
+
+
+def test_drag_is_kept_by_letting_go(line, session):
+    session.look(preview=Preview("k2", A_UM, "dragged"))
+    assert text(line, "status_hint") == "Letting go keeps k2 here, Esc drops it"
+
+
+def test_annotator_is_named(line, session):
+    label = line.findChild(QLabel, "status_annotator")
+    assert label.text() == "anna"
+    assert "settings" in label.toolTip()
+
+
+def test_nothing_is_placed_where_nothing_is_open(line, session):
+    session.set_mode("place")
+    session.close_volume()
+    assert text(line, "status_hint") == ""
+    assert not line.findChild(QLabel, "status_mode").isVisible()
+
+
+def test_colours_follow_the_theme(line):
+    line.say_spacing_is_unknown()
+    for dark in (True, False):
+        palette = theme.palette(dark=dark)
+        line.setPalette(palette)
+        colors = theme.colors(palette)
+        assert colors.warning.name() in line.findChild(QLabel, "status_spacing").styleSheet()
+        assert colors.muted.name() in line.findChild(QLabel, "status_annotator").styleSheet()
