@@ -9,6 +9,7 @@ from annotations import __version__
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotator.startup import toolkit
+from annotator.startup.leaving import leave
 
 _DEMO = "demo"
 _SMALLEST_PX, _LARGEST_PX = 400, 16_000
@@ -31,23 +32,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.screenshot is None:
             from annotator.startup.start import run
 
-            return run(path, demo=demo, annotator=options.annotator, tool=options.tool, spacing_um=spacing_um)
-        from annotator.startup.screenshot import take_screenshot
+            code = run(path, demo=demo, annotator=options.annotator, tool=options.tool, spacing_um=spacing_um)
+        else:
+            from annotator.startup.screenshot import take_screenshot
 
-        return take_screenshot(
-            Path(options.screenshot),
-            path,
-            annotator=options.annotator,
-            tool=options.tool,
-            spacing_um=spacing_um,
-            size=(options.size[0], options.size[1]),
-        )
+            code = take_screenshot(
+                Path(options.screenshot),
+                path,
+                annotator=options.annotator,
+                tool=options.tool,
+                spacing_um=spacing_um,
+                size=(options.size[0], options.size[1]),
+            )
     except UserError as error:
         return _refused(error)
     except ImportError as error:
         if ".so" not in str(error):
             raise
         return _refused(toolkit.explain_import_error(error))
+    return leave(code)
 
 
 def _parser() -> argparse.ArgumentParser:
