@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Signal
 
-from annotations.geometry.frames import Vector
+from annotations.geometry.frames import Vector, vector
 from annotations.volumes import (
     AVERAGED_BUDGET_VOXELS,
     Level,
@@ -15,8 +15,10 @@ from annotations.volumes import (
 )
 from annotator.session.jobs import Job, Jobs
 
-# 2 mm a side, 4 million voxels of the full volume: a link's end and what is around it.
-DETAIL_SIZE_UM: Vector = (2000.0, 2000.0, 2000.0)
+# A link's end and what is around it, and along the light so much that its surface, half its 4 mm of thickness
+# away from a keypoint on its axis, is in there: 10 million voxels of the full volume.
+DETAIL_WIDTH_UM = 2000.0
+DETAIL_DEPTH_UM = 5000.0
 
 
 class LevelLoader(QObject):
@@ -65,9 +67,11 @@ class LevelLoader(QObject):
         """Load the full resolution around a position; an earlier request that has not ended is dropped."""
         if self._detail_job is not None:
             self._jobs.cancel(self._detail_job)
+        size_um = [DETAIL_WIDTH_UM] * 3
+        size_um[volume.depth_axis] = DETAIL_DEPTH_UM
         self._detail_job = self._jobs.start(
             "Reading the detail",
-            lambda _progress, _cancelled: detail_block(volume, spacing_um, centre_um, DETAIL_SIZE_UM),
+            lambda _progress, _cancelled: detail_block(volume, spacing_um, centre_um, vector(size_um)),
             done=self.detail_loaded.emit,
             failed=self.detail_failed.emit,
             shown=False,

@@ -8,7 +8,7 @@ from annotations.volumes import intensity_window
 from annotator.scene.camera import PRESETS
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
-from annotator.session.level_loader import DETAIL_SIZE_UM
+from annotator.session.level_loader import DETAIL_WIDTH_UM
 from annotator.session.view import Layer, Pane, View
 from annotator.slices.slice_view import SliceView
 from annotator.window.four_up import FourUp
@@ -125,7 +125,7 @@ class ViewHandlers:
         placed = name is not None and name in self._session.shown_positions_um()
         if placed and name is not None:
             self._scene.zoom_to_keypoint(name)
-        millimetres = max(DETAIL_SIZE_UM) / 1000
+        millimetres = DETAIL_WIDTH_UM / 1000
         centre = name if placed else "the crosshair"
         self._session.message_posted.emit(
             f"The scene shows {millimetres:g} mm around {centre} at full resolution"

@@ -191,3 +191,16 @@ def test_unsaved_edits_are_offered_after_a_crash_and_can_be_undone(
     with qtbot.assertNotEmitted(session.recovery_requested):
         session.offer_recoveries()
         qtbot.waitUntil(lambda: not session.jobs.running)
+
+
+def test_the_detail_reaches_along_the_light_as_far_as_the_surface(qtbot: QtBot, session: Session) -> None:
+    session.place((100.0, 100.0, 100.0))
+    session.activate("k0")
+    session.look(detail=True)
+    qtbot.waitUntil(lambda: session.level is not None and session.level.kind == "detail")
+    assert session.level is not None
+    assert session.level.factors == (1, 1, 1)
+    assert session.level.spacing_um == session.spacing_um
+    assert session.level.data.shape == (40, 60, 50), "the volume is smaller than the detail"
+    session.look(detail=False)
+    assert session.level is session.slice_level
