@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotations.volumes import intensity_window
 from annotator.actions.view_table import LAYER_TITLES
 from annotator.looks.colormaps import COLORMAPS
 from annotator.looks.folding import Folding
@@ -172,8 +171,7 @@ class DisplayPanel(QWidget):
 
     @Slot()
     def _on_auto_clicked(self) -> None:
-        if self._session.slice_level is not None:
-            self._session.look(window=intensity_window(self._session.slice_level))
+        self._session.auto_window()
 
     @Slot()
     def _on_colormap_activated(self) -> None:

@@ -9,7 +9,7 @@ from annotations.documents import edits
 from annotations.documents.annotation import Certainty, Source, State
 from annotations.documents.edits import EditRefused
 from annotations.geometry.frames import Vector, vector
-from annotations.volumes import Ray
+from annotations.volumes import Ray, intensity_window
 from annotator.session import placing
 from annotator.session.options import SessionOptions
 from annotator.session.pick_refiner import PickRefiner
@@ -48,6 +48,11 @@ class SessionEditing(SessionState):
     def set_mode(self, mode: Mode) -> None:
         """Say whether clicks place keypoints."""
         self.look(mode=mode, preview=None)
+
+    def auto_window(self) -> None:
+        """Use the window that suits what the volume holds."""
+        if self.slice_level is not None:
+            self.look(window=intensity_window(self.slice_level))
 
     def toggle_layer(self, layer: Layer) -> None:
         """Show or hide a layer."""

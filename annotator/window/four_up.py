@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from annotator.actions.view_table import PANE_TITLES
 from annotator.looks import theme
 from annotator.looks.application import running_application
 from annotator.looks.icons import icon
@@ -31,14 +32,6 @@ SLICE_PANES: tuple[Pane, Pane, Pane] = ("slice0", "slice1", "slice2")
 """By the axis that the slice is across."""
 
 
-_TITLES: dict[Pane, str] = {
-    "scene": "Scene",
-    "slice0": "Slice across x",
-    "slice1": "Slice across y",
-    "slice2": "Slice across z",
-}
-
-
 class PaneHeader(QFrame):
     """The strip above a pane: what it shows, whether keys act in it, and the button that maximises it.
 
@@ -53,15 +46,15 @@ class PaneHeader(QFrame):
     def __init__(self, pane: Pane, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName(f"header_{pane}")
-        self.setAccessibleName(f"{_TITLES[pane]}, header")
+        self.setAccessibleName(f"{PANE_TITLES[pane]}, header")
         self.setToolTip("Double click: let this pane fill the window, or show all four")
         self._axis = SLICE_PANES.index(pane) if pane in SLICE_PANES else None
         self._is_used = self._is_placing = self._is_maximized = False
-        title = QLabel(_TITLES[pane])
+        title = QLabel(PANE_TITLES[pane])
         title.setObjectName(f"title_{pane}")
         self._button = QToolButton()
         self._button.setObjectName(f"maximize_{pane}")
-        self._button.setAccessibleName(f"Maximize: {_TITLES[pane]}")
+        self._button.setAccessibleName(f"Maximize: {PANE_TITLES[pane]}")
         self._button.setAutoRaise(True)
         self._button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._button.clicked.connect(self.maximize_requested)

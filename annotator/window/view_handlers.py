@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import get_args
 
-from annotations.volumes import intensity_window
 from annotator.scene.camera import PRESETS
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
@@ -72,7 +71,7 @@ class ViewHandlers:
                 "rendering": lambda: session.look(
                     rendering="volume" if session.view.rendering == "mip" else "mip"
                 ),
-                "auto_window": self._auto_window,
+                "auto_window": self._session.auto_window,
             }
         )
 
@@ -130,8 +129,3 @@ class ViewHandlers:
         self._session.message_posted.emit(
             f"The scene shows {millimetres:g} mm around {centre} at full resolution"
         )
-
-    def _auto_window(self) -> None:
-        level = self._session.slice_level
-        if level is not None:
-            self._session.look(window=intensity_window(level))
