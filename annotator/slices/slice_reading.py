@@ -162,7 +162,9 @@ def memory(shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
     """
     count = math.prod(shape)
     # Private: what is shared with nobody is also counted as this process's own.
-    options = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_ANONYMOUS") else {}
+    options: dict[str, Any] = (
+        {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_ANONYMOUS") else {}
+    )
     pages = mmap.mmap(-1, count * dtype.itemsize, **options)
     return np.frombuffer(pages, dtype, count).reshape(shape)
 
