@@ -13,7 +13,12 @@ from annotations.documents.study import Study, StudyVolume, load_study
 from annotations.geometry.tool import AngleTarget, Joint, Link, Targets, ToolSpecification
 from annotations.geometry.tool_library import parse_tool, shipped_tools
 from annotations.volumes.file_metadata import SPACING_NAMES
-from annotations.volumes.spacing import read_sidecar, sidecar_path
+from annotations.volumes.spacing import (
+    folder_answers_path,
+    read_folder_answer,
+    read_sidecar,
+    sidecar_path,
+)
 from annotator.actions.table import markdown
 
 ROOT = Path(__file__).parents[1]
@@ -75,6 +80,15 @@ def test_the_sidecar_in_the_file_format_loads(tmp_path: Path) -> None:
 
     assert sidecar is not None
     assert sidecar.spacing_um == (15.9, 13.5, 9.4)
+
+
+def test_the_folder_s_answers_in_the_file_format_load(tmp_path: Path) -> None:
+    folder_answers_path(tmp_path).write_text(example("oct-volumes/1"), encoding="utf-8")
+
+    answer = read_folder_answer(tmp_path, (512, 64, 64))
+
+    assert answer is not None
+    assert (answer.spacing_um, answer.depth_axis) == ((5.9, 76.0, 51.0), 0)
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
