@@ -1,7 +1,9 @@
 """A section of a panel or dialog that folds away under its title."""
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import Qt, Signal, Slot
-from PySide6.QtWidgets import QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QScrollArea, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from annotator.looks.naming import named
 
@@ -50,3 +52,18 @@ class Folding(QWidget):
         self._content.setVisible(self._unfolded)
         self._button.setArrowType(Qt.ArrowType.DownArrow if self._unfolded else Qt.ArrowType.RightArrow)
         self._button.setAccessibleDescription("Unfolded" if self._unfolded else "Folded away")
+
+
+def scrolling_column(widgets: Sequence[QWidget], name: str) -> QScrollArea:
+    """Return widgets below each other, in an area that scrolls where they do not fit."""
+    inside = QWidget()
+    column = QVBoxLayout(inside)
+    for widget in widgets:
+        column.addWidget(widget)
+    column.addStretch(1)
+    scroll = QScrollArea()
+    scroll.setObjectName(name)
+    scroll.setWidgetResizable(True)
+    scroll.setFrameShape(QScrollArea.Shape.NoFrame)
+    scroll.setWidget(inside)
+    return scroll

@@ -11,14 +11,13 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QPushButton,
-    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
 
 from annotator.actions.view_table import LAYER_TITLES
 from annotator.looks.colormaps import COLORMAPS
-from annotator.looks.folding import Folding
+from annotator.looks.folding import Folding, scrolling_column
 from annotator.looks.labels import ElidedText
 from annotator.looks.naming import named
 from annotator.panels.cropping_controls import CroppingControls
@@ -46,19 +45,9 @@ class DisplayPanel(QWidget):
             Folding("Shown", self._make_layers(), name="layers_unfold", unfolded=True),
             Folding("Cropping in 3D / mm", CroppingControls(session), name="cropping_unfold", unfolded=True),
         ]
-        inside = QWidget()
-        inside_layout = QVBoxLayout(inside)
-        for section in self._sections:
-            inside_layout.addWidget(section)
-        inside_layout.addStretch(1)
-        scroll = QScrollArea()
-        scroll.setObjectName("display_scroll")
-        scroll.setWidgetResizable(True)
-        scroll.setFrameShape(QScrollArea.Shape.NoFrame)
-        scroll.setWidget(inside)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(scroll)
+        layout.addWidget(scrolling_column(self._sections, "display_scroll"))
         session.view_changed.connect(self._on_session_view_changed)
         session.levels_changed.connect(self._on_session_levels_changed)
         session.volume_changed.connect(self._on_session_volume_changed)

@@ -2,9 +2,9 @@
 
 from PySide6.QtCore import Qt, Slot
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from annotator.looks.folding import Folding
+from annotator.looks.folding import Folding, scrolling_column
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.panels.distance_tables import DistanceMatrix, LinkTable
@@ -56,20 +56,9 @@ class PosePanel(QWidget):
             Folding("Links / mm", self._links, name="links_unfold", unfolded=True),
             Folding("Distances / mm", self._pairs, name="distances_unfold", unfolded=False),
         ]
-        inside = QWidget()
-        inside_layout = QVBoxLayout(inside)
-        inside_layout.addWidget(self._nothing)
-        for section in self._sections:
-            inside_layout.addWidget(section)
-        inside_layout.addStretch(1)
-        scroll = QScrollArea()
-        scroll.setObjectName("pose_scroll")
-        scroll.setWidgetResizable(True)
-        scroll.setFrameShape(QScrollArea.Shape.NoFrame)
-        scroll.setWidget(inside)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(scroll)
+        layout.addWidget(scrolling_column([self._nothing, *self._sections], "pose_scroll"))
 
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
@@ -80,7 +69,7 @@ class PosePanel(QWidget):
         """Copy everything as a tab-separated table."""
         if self._readout is not None:
             QGuiApplication.clipboard().setText(self._readout.table())
-            self._session.message_posted.emit("Pose and distances are on the clipboard")
+            self._session.post_message("Pose and distances are on the clipboard")
 
     @Slot()
     def _on_copy_clicked(self) -> None:

@@ -146,6 +146,11 @@ class SceneView(QWidget):
             near_um = min(self._camera.height_um, _CLOSE_UP * self._camera.scope_um)
             self._set_camera(aimed(self._camera, position_um, near_um))
 
+    @property
+    def is_parallel(self) -> bool:
+        """Whether the projection is parallel, so that one scale holds everywhere."""
+        return self._parallel
+
     def set_parallel(self, parallel: bool) -> None:
         """Use parallel projection, in which one scale holds everywhere, or perspective."""
         self._parallel = parallel

@@ -193,6 +193,14 @@ class SessionState(QObject):
         """Return the tools that can be chosen, by name; ToolError where their files are wrong."""
         return find_tools(self._tool_folders(self._worklist))
 
+    def post_message(self, text: str) -> None:
+        """Say something in the status line."""
+        self.message_posted.emit(text)
+
+    def report(self, error: UserError) -> None:
+        """Show an error to the person."""
+        self.error_raised.emit(error)
+
     # Looking: never on the undo stack
 
     def look(self, **changes: object) -> None:

@@ -102,4 +102,4 @@ class SliceFetcher(QObject):
         if not isinstance(error, UserError):
             # Not foreseen, so it belongs into the log, and in this thread the application puts it there.
             raise error
-        self._session.error_raised.emit(error)
+        self._session.report(error)

@@ -6,9 +6,9 @@ from PySide6.QtWidgets import QInputDialog, QWidget
 
 from annotations.documents.annotation import KeypointAnnotation, State
 from annotations.errors import UserError
-from annotations.geometry.frames import vector
 from annotator.actions.table import KEYPOINT_KEYS
 from annotator.session import Session
+from annotator.session.placing import nudged
 from annotator.settings import Settings
 from annotator.slices.projection import Plane
 from annotator.window.questions import Questions
@@ -125,14 +125,11 @@ class AnnotateHandlers:
                 self._session.nudge(axis, sense * voxels)
             else:
                 # Navigating never moves an annotation: the same keys move where one looks.
-                moved_um = list(self._session.view.crosshair_um)
-                moved_um[axis] += sense * voxels * spacing_um[axis]
-                self._session.look(crosshair_um=vector(moved_um))
+                here_um = self._session.view.crosshair_um
+                self._session.look(crosshair_um=nudged(here_um, axis, sense * voxels, spacing_um))
                 name = self._session.view.active_keypoint
                 if name in self._session.shown_positions_um():
-                    self._session.message_posted.emit(
-                        f"Crosshair moved; in place mode (P) the keys nudge {name}"
-                    )
+                    self._session.post_message(f"Crosshair moved; in place mode (P) the keys nudge {name}")
 
         return move
 

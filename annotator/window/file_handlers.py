@@ -108,7 +108,7 @@ class FileHandlers:
         return open_recent
 
     def _recover(self) -> None:
-        self._session.message_posted.emit("Looking for unsaved edits; if there are any, you will be asked")
+        self._session.post_message("Looking for unsaved edits; if there are any, you will be asked")
         self._session.offer_recoveries()
 
     def _cancel_jobs(self) -> None:
@@ -118,7 +118,7 @@ class FileHandlers:
     def _on_demo_failed(self, error: Exception) -> None:
         if not isinstance(error, UserError):
             raise error
-        self._session.error_raised.emit(error)
+        self._session.report(error)
 
     def _on_session_volume_changed(self) -> None:
         volume, path = self._session.volume, self._opening

@@ -162,7 +162,7 @@ class Questions(QObject):
     def _tell_of_failure(self, problem: str) -> None:
         if problem in self._told or isinstance(self._shown, UnsavedDialog):
             # On a full disk every edit fails: a dialog each time would leave no way to make room.
-            self._session.message_posted.emit(problem)
+            self._session.post_message(problem)
         else:
             self._told.add(problem)
             self._ask_after_failure(problem, lambda: None, _GO_ON)

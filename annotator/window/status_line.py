@@ -3,7 +3,7 @@
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
 
-from annotations.geometry.frames import Vector
+from annotations.geometry.frames import Vector, um_to_voxel
 from annotator.looks import theme
 from annotator.looks.labels import ElidedText
 from annotator.session import Session
@@ -52,7 +52,7 @@ class StatusLine(QStatusBar):
             self._cursor.setText("")
             return
         millimetres = ", ".join(f"{value / 1000:.3f}" for value in position_um)
-        voxels = ", ".join(f"{value / step:.0f}" for value, step in zip(position_um, spacing_um, strict=True))
+        voxels = ", ".join(f"{value:.0f}" for value in um_to_voxel(position_um, spacing_um))
         self._cursor.setText(f"{millimetres} mm  [{voxels}]  {intensity}")
 
     def say_spacing_is_unknown(self) -> None:

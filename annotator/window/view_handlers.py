@@ -39,14 +39,13 @@ class ViewHandlers:
         self._slices = slices
         self._four_up = four_up
         self._hidden_while = hidden_while
-        self._perspective = False
         hidden_while.released.connect(self._on_hidden_while_released)
         session.view_changed.connect(self._on_session_view_changed)
 
     @property
     def perspective(self) -> bool:
         """Whether the scene draws what is near larger."""
-        return self._perspective
+        return not self._scene.is_parallel
 
     def by_name(self) -> Mapping[str, Callable[[], object]]:
         """Return the handlers by the names of their actions."""
@@ -80,8 +79,7 @@ class ViewHandlers:
         self._session.look(maximized=maximized)
 
     def _toggle_perspective(self) -> None:
-        self._perspective = not self._perspective
-        self._scene.set_parallel(not self._perspective)
+        self._scene.set_parallel(not self._scene.is_parallel)
 
     def _zoom_fit(self) -> None:
         self._scene.zoom_to_fit()
@@ -126,6 +124,4 @@ class ViewHandlers:
             self._scene.zoom_to_keypoint(name)
         millimetres = DETAIL_WIDTH_UM / 1000
         centre = name if placed else "the crosshair"
-        self._session.message_posted.emit(
-            f"The scene shows {millimetres:g} mm around {centre} at full resolution"
-        )
+        self._session.post_message(f"The scene shows {millimetres:g} mm around {centre} at full resolution")

@@ -115,6 +115,6 @@ class WindowHandlers:
     def _open_log(self) -> None:
         if self._log_path.exists():
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(self._log_path)))
-            self._session.message_posted.emit(f"The log is {self._log_path}")
+            self._session.post_message(f"The log is {self._log_path}")
         else:
-            self._session.message_posted.emit("There is no log yet: nothing unexpected has happened")
+            self._session.post_message("There is no log yet: nothing unexpected has happened")
