@@ -17,6 +17,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from annotations import __version__
+from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector
 from annotations.geometry.rotations import Quaternion, quaternion
 from annotations.geometry.tool import Finite, NonNegative, Positive, ToolSpecification
@@ -24,7 +25,17 @@ from annotations.geometry.tool import Finite, NonNegative, Positive, ToolSpecifi
 State = Literal["placed", "occluded", "out_of_view", "unplaced"]
 Certainty = Literal["sure", "unsure"]
 Source = Literal[
-    "clicked", "typed", "dragged", "nudged", "snapped", "posed", "refined", "fitted", "predicted"
+    "clicked",
+    "typed",
+    "dragged",
+    "nudged",
+    "snapped",
+    "posed",
+    "refined",
+    "derived",
+    "fitted",
+    "predicted",
+    "synthesized",
 ]
 Method = Literal["keypoints", "boxes"]
 Status = Literal["in_progress", "done"]
@@ -143,18 +154,27 @@ class KeypointAnnotation(Record):
             raise ValueError(f"keypoint {self.name!r} needs a source if, and only if, it has a position_um")
         return self
 
+    @property
+    def anchor_um(self) -> Vector | None:
+        """Where to look for it, in µm: its position; None where it has none."""
+        return self.position_um
+
 
 class BoxAnnotation(Record):
     """One oriented box on a link; its own +x runs along the link towards the tip, +y is the hinge axis.
 
     Attributes
     ----------
+    link : str
+        The link that it stands for.
     center_um : (float, float, float) or None
         In the volume's frame; absent, as are size and rotation, for the state ``unplaced`` alone.
     size_um : (float, float, float) or None
         Length, width and height along the box's own axes.
     rotation_wxyz : (float, float, float, float) or None
         Unit quaternion, w ≥ 0.
+    source, locked
+        As for a keypoint.
     """
 
     link: str
@@ -164,6 +184,7 @@ class BoxAnnotation(Record):
     rotation_wxyz: Annotated[Quaternion, AfterValidator(quaternion)] | None = None
     certainty: Certainty = "sure"
     source: Source | None = None
+    locked: Flag = False
 
     @model_validator(mode="after")
     def _check_placement(self) -> Self:
@@ -174,6 +195,45 @@ class BoxAnnotation(Record):
                 + ("absent" if self.state == "unplaced" else "there")
             )
         return self
+
+    @property
+    def name(self) -> str:
+        """The link's name, by which it is known among the document's parts."""
+        return self.link
+
+    @property
+    def box(self) -> Box | None:
+        """The box itself; None where it is unplaced."""
+        if self.center_um is None or self.size_um is None or self.rotation_wxyz is None:
+            return None
+        return Box(self.center_um, self.size_um, self.rotation_wxyz)
+
+    @property
+    def anchor_um(self) -> Vector | None:
+        """Where to look for it, in µm: its centre; None where it is unplaced."""
+        return self.center_um
+
+
+Part = KeypointAnnotation | BoxAnnotation
+"""What a person places, one by one: keypoints or boxes, as the document's method says."""
+
+
+class Derivation(Record):
+    """From which document another one was made, whose annotator placed none of its parts.
+
+    Attributes
+    ----------
+    path : str
+        The file of the original, relative to the new document's folder where possible.
+    method : str
+        The original's.
+    roll_deg : float or None
+        The roll of the root link's box, where a person had to say it.
+    """
+
+    path: Annotated[str, AfterValidator(_usable_path)]
+    method: Method
+    roll_deg: Finite | None = None
 
 
 def _refuse_repeats(kind: str, names: list[str]) -> None:
@@ -206,9 +266,12 @@ class Annotation(Record):
         Name of the tool specification; ``tool_fingerprint`` pins its content, and ``tool_copy`` is the
         specification itself where it does not ship with the program.
     keypoints : tuple of KeypointAnnotation
-        In the tool's order.
+        In the tool's order, for the method ``keypoints``; those of a document of boxes follow from its boxes
+        (`annotations.documents.representations`) and are not stored.
     boxes : tuple of BoxAnnotation
-        One a link at most.
+        One a link at most, for the method ``boxes``.
+    derived_from : Derivation or None
+        The document of the other method that this one was made from.
     created, modified : datetime
         UTC. ``modified`` and ``active_seconds`` are stamped when the file is written; they are no edits.
     active_seconds : float
@@ -227,6 +290,7 @@ class Annotation(Record):
     status: Status = "in_progress"
     keypoints: Annotated[tuple[KeypointAnnotation, ...], AfterValidator(_each_keypoint_once)] = ()
     boxes: Annotated[tuple[BoxAnnotation, ...], AfterValidator(_each_link_once)] = ()
+    derived_from: Derivation | None = None
     created: Moment
     modified: Moment
     active_seconds: NonNegative = 0.0
@@ -242,6 +306,29 @@ class Annotation(Record):
             raise ValueError("tool_copy is not the specification that tool_fingerprint names")
         return self
 
+    @model_validator(mode="after")
+    def _check_method(self) -> Self:
+        others: tuple[Part, ...] = self.boxes if self.method == "keypoints" else self.keypoints
+        stray = next((part for part in others if part.state != "unplaced"), None)
+        if stray is not None:
+            raise ValueError(
+                f"the method is {self.method!r}, so {stray.name!r} cannot be placed as well: "
+                "the other representation is derived, and kept in a file of its own"
+            )
+        return self
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """What a person places: the keypoints or the boxes, as the method says."""
+        return self.keypoints if self.method == "keypoints" else self.boxes
+
+    def part(self, name: str) -> Part:
+        """Return the keypoint, or the box of the link, of that name; KeyError if the document has none."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        raise KeyError(name)
+
     def keypoint(self, name: str) -> KeypointAnnotation:
         """Return the keypoint of that name; KeyError if the document has none."""
         for keypoint in self.keypoints:
@@ -251,12 +338,17 @@ class Annotation(Record):
 
     @property
     def positions_um(self) -> Mapping[str, Vector]:
-        """Positions in µm of the keypoints that have one, by name."""
+        """Positions in µm of the keypoints that are stored with one, by name."""
         return {
             keypoint.name: keypoint.position_um
             for keypoint in self.keypoints
             if keypoint.position_um is not None
         }
+
+    @property
+    def placed_boxes(self) -> Mapping[str, Box]:
+        """The boxes that are placed, by their links."""
+        return {part.link: part.box for part in self.boxes if part.box is not None}
 
 
 R = TypeVar("R", bound=Record)
@@ -265,7 +357,7 @@ R = TypeVar("R", bound=Record)
 def new_annotation(
     volume: VolumeReference, tool: ToolSpecification, annotator: str, method: Method, *, ships: bool
 ) -> Annotation:
-    """Return a fresh document in which every keypoint of the tool is unplaced.
+    """Return a fresh document in which every keypoint of the tool, or every link's box, is unplaced.
 
     Parameters
     ----------
@@ -273,17 +365,35 @@ def new_annotation(
         Whether the tool comes with the program; if not, a copy of it travels with the document.
     """
     moment = now()
-    return Annotation(
+    fresh = Annotation(
         volume=volume,
         tool=tool.name,
         tool_fingerprint=tool.fingerprint,
         tool_copy=None if ships else tool,
         annotator=annotator,
         method=method,
-        keypoints=tuple(KeypointAnnotation(name=name) for name in tool.keypoint_names),
         created=moment,
         modified=moment,
     )
+    return with_all_parts(fresh, tool)
+
+
+def with_all_parts(annotation: Annotation, tool: ToolSpecification) -> Annotation:
+    """Return the document with each keypoint, or each link's box, of the tool: absent ones are unplaced.
+
+    They come in the tool's order; what the tool does not have is dropped.
+    """
+    if annotation.method == "keypoints":
+        points = {keypoint.name: keypoint for keypoint in annotation.keypoints}
+        keypoints = tuple(points.get(name, KeypointAnnotation(name=name)) for name in tool.keypoint_names)
+        boxes: tuple[BoxAnnotation, ...] = ()
+    else:
+        known = {box.link: box for box in annotation.boxes}
+        boxes = tuple(known.get(link.name, BoxAnnotation(link=link.name)) for link in tool.links)
+        keypoints = ()
+    if (keypoints, boxes) == (annotation.keypoints, annotation.boxes):
+        return annotation
+    return changed(annotation, keypoints=keypoints, boxes=boxes)
 
 
 def changed(record: R, **fields: Any) -> R:

@@ -4,21 +4,27 @@ An edit that would change nothing returns the document itself; one that the docu
 raises `EditRefused`, and nothing has changed.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import ValidationError
 
 from annotations.documents.annotation import (
     Annotation,
+    BoxAnnotation,
     Certainty,
     KeypointAnnotation,
+    Part,
     Source,
     State,
     Status,
     changed,
 )
 from annotations.errors import UserError, first_problem
-from annotations.geometry.frames import Vector
+from annotations.geometry.boxes import Box
+from annotations.geometry.frames import Vector, is_inside
+from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
+from annotations.geometry.tool import ToolSpecification
 
 
 class EditRefused(UserError):  # noqa: N818 - named for what happened
@@ -26,41 +32,143 @@ class EditRefused(UserError):  # noqa: N818 - named for what happened
 
 
 def place_keypoint(document: Annotation, name: str, position_um: Vector, source: Source) -> Annotation:
-    """Give a keypoint a position in µm; an unplaced one becomes ``placed``, others keep their state."""
+    """Give a keypoint a position in µm; an unplaced one becomes ``placed``, others keep their state.
+
+    One that was filled in from a fit has been judged by a person now, and is ``placed`` too.
+    """
     keypoint = _unlocked(document, name)
-    state = "placed" if keypoint.state == "unplaced" else keypoint.state
-    return _with_keypoint(document, keypoint, state=state, position_um=position_um, source=source)
+    if not isinstance(keypoint, KeypointAnnotation):
+        raise EditRefused(f"{name} is a box in this document, not a keypoint")
+    is_new = keypoint.state == "unplaced" or keypoint.source == "fitted"
+    state = "placed" if is_new else keypoint.state
+    return _with_part(document, keypoint, state=state, position_um=position_um, source=source)
 
 
-def set_state(document: Annotation, name: str, state: State) -> Annotation:
-    """Say how a keypoint is seen. ``unplaced`` removes its position; every other state needs one."""
-    if state == "unplaced":
-        return clear_keypoint(document, name)
-    keypoint = _unlocked(document, name)
-    if keypoint.position_um is None:
-        raise EditRefused(
-            f"keypoint {name} has no position yet, so it cannot be {state.replace('_', ' ')}",
-            remedy="Place it first; a position outside the volume is allowed",
-        )
-    return _with_keypoint(document, keypoint, state=state)
-
-
-def set_certainty(document: Annotation, name: str, certainty: Certainty) -> Annotation:
-    """Say whether the annotator is sure of a keypoint."""
-    return _with_keypoint(document, _unlocked(document, name), certainty=certainty)
-
-
-def clear_keypoint(document: Annotation, name: str) -> Annotation:
-    """Remove a keypoint's position; it becomes ``unplaced`` and sure again."""
-    keypoint = _unlocked(document, name)
-    return _with_keypoint(
-        document, keypoint, state="unplaced", position_um=None, source=None, certainty="sure"
+def place_box(document: Annotation, link: str, box: Box, source: Source) -> Annotation:
+    """Give a link a box; an unplaced one becomes ``placed``, others keep their state."""
+    part = _unlocked(document, link)
+    if not isinstance(part, BoxAnnotation):
+        raise EditRefused(f"{link} is a keypoint in this document, not a box")
+    return _with_part(
+        document,
+        part,
+        state="placed" if part.state == "unplaced" else part.state,
+        center_um=box.center_um,
+        size_um=box.size_um,
+        rotation_wxyz=box.rotation_wxyz,
+        source=source,
     )
 
 
-def lock_keypoint(document: Annotation, name: str, locked: bool) -> Annotation:
-    """Protect a keypoint from every change, or release it."""
-    return _with_keypoint(document, _keypoint(document, name), locked=locked)
+def pose_tool(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Annotation:
+    """Put every keypoint or box where a tool in a pose has it, as a person moved it there (``posed``).
+
+    Unplaced and fitted ones become ``placed``, or ``out_of_view`` where they are outside the volume; others
+    keep their state.
+    """
+    locked = [part.name for part in document.parts if part.locked]
+    if locked:
+        raise EditRefused(
+            f"{', '.join(locked)} {'is' if len(locked) == 1 else 'are'} locked",
+            remedy="Unlock them to move the tool as a whole",
+        )
+    positions_um, boxes = keypoints_um(pose, tool), link_boxes(pose, tool)
+    for part in document.parts:
+        fields: dict[str, Any] = {"source": "posed"}
+        if isinstance(part, BoxAnnotation):
+            if part.link not in boxes:
+                continue
+            box = boxes[part.link]
+            # A cross-section that a person has measured is not the specification's to change.
+            size_um = (box.size_um[0], *part.size_um[1:]) if part.size_um else box.size_um
+            fields |= {"center_um": box.center_um, "size_um": size_um, "rotation_wxyz": box.rotation_wxyz}
+            where_um = box.center_um
+        else:
+            if part.name not in positions_um:
+                continue
+            where_um = positions_um[part.name]
+            fields["position_um"] = where_um
+        if part.state == "unplaced" or part.source == "fitted":
+            fields["state"] = _state_at(document, where_um, "placed")
+        document = _with_part(document, part, **fields)
+    return document
+
+
+def fill_in(document: Annotation, fitted_um: Mapping[str, Vector]) -> Annotation:
+    """Give unplaced keypoints the positions of a fit in µm, and those that were filled in before the new ones.
+
+    They are ``occluded`` inside the volume and ``out_of_view`` outside of it, never ``placed``: nobody has
+    seen them. Locked ones stay as they are.
+    """
+    for keypoint in document.keypoints:
+        is_open = keypoint.state == "unplaced" or (keypoint.source == "fitted" and keypoint.state != "placed")
+        if is_open and not keypoint.locked and keypoint.name in fitted_um:
+            position_um = fitted_um[keypoint.name]
+            state = _state_at(document, position_um, "occluded")
+            document = _with_part(document, keypoint, state=state, position_um=position_um, source="fitted")
+    return document
+
+
+def refine(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Annotation:
+    """Move what is placed to where a pose that was polished against the volume has it (``refined``).
+
+    Unplaced and locked parts stay as they are, and so does how each is seen.
+    """
+    positions_um, boxes = keypoints_um(pose, tool), link_boxes(pose, tool)
+    for part in document.parts:
+        if part.state == "unplaced" or part.locked:
+            continue
+        if isinstance(part, BoxAnnotation):
+            if part.link in boxes:
+                box = boxes[part.link]
+                document = _with_part(
+                    document,
+                    part,
+                    center_um=box.center_um,
+                    rotation_wxyz=box.rotation_wxyz,
+                    source="refined",
+                )
+        elif part.name in positions_um:
+            document = _with_part(document, part, position_um=positions_um[part.name], source="refined")
+    return document
+
+
+def set_state(document: Annotation, name: str, state: State) -> Annotation:
+    """Say how a keypoint or a box is seen. ``unplaced`` removes it; every other state needs a place."""
+    if state == "unplaced":
+        return clear(document, name)
+    part = _unlocked(document, name)
+    if part.anchor_um is None:
+        raise EditRefused(
+            f"{_called(part)} has no position yet, so it cannot be {state.replace('_', ' ')}",
+            remedy="Place it first; a position outside the volume is allowed",
+        )
+    if state == "placed" and part.source == "fitted" and part.state != "placed":
+        raise EditRefused(
+            f"{_called(part)} was filled in from the fit, and nobody has seen it there",
+            remedy="Place it yourself: click, drag, nudge or type its position",
+        )
+    return _with_part(document, part, state=state)
+
+
+def set_certainty(document: Annotation, name: str, certainty: Certainty) -> Annotation:
+    """Say whether the annotator is sure of a keypoint or a box."""
+    return _with_part(document, _unlocked(document, name), certainty=certainty)
+
+
+def clear(document: Annotation, name: str) -> Annotation:
+    """Take a keypoint or a box away; it becomes ``unplaced`` and sure again."""
+    part = _unlocked(document, name)
+    places = (
+        ("center_um", "size_um", "rotation_wxyz") if isinstance(part, BoxAnnotation) else ("position_um",)
+    )
+    fields: dict[str, Any] = {"state": "unplaced", "source": None, "certainty": "sure"}
+    return _with_part(document, part, **fields, **dict.fromkeys(places))
+
+
+def lock(document: Annotation, name: str, locked: bool) -> Annotation:
+    """Protect a keypoint or a box from every change, or release it."""
+    return _with_part(document, _part(document, name), locked=locked)
 
 
 def set_status(document: Annotation, status: Status) -> Annotation:
@@ -68,27 +176,37 @@ def set_status(document: Annotation, status: Status) -> Annotation:
     return document if document.status == status else changed(document, status=status)
 
 
-def _keypoint(document: Annotation, name: str) -> KeypointAnnotation:
+def _state_at(document: Annotation, position_um: Vector, inside: State) -> State:
+    volume = document.volume
+    return inside if is_inside(position_um, volume.shape, volume.spacing_um) else "out_of_view"
+
+
+def _called(part: Part) -> str:
+    return f"{'the box of' if isinstance(part, BoxAnnotation) else 'keypoint'} {part.name}"
+
+
+def _part(document: Annotation, name: str) -> Part:
     try:
-        return document.keypoint(name)
+        return document.part(name)
     except KeyError:
-        known = ", ".join(keypoint.name for keypoint in document.keypoints)
-        raise EditRefused(f"there is no keypoint {name!r}; the document has {known}") from None
+        kind = "keypoint" if document.method == "keypoints" else "box"
+        known = ", ".join(part.name for part in document.parts)
+        raise EditRefused(f"there is no {kind} {name!r}; the document has {known}") from None
 
 
-def _unlocked(document: Annotation, name: str) -> KeypointAnnotation:
-    keypoint = _keypoint(document, name)
-    if keypoint.locked:
-        raise EditRefused(f"keypoint {name} is locked", remedy="Unlock it to change it")
-    return keypoint
+def _unlocked(document: Annotation, name: str) -> Part:
+    part = _part(document, name)
+    if part.locked:
+        raise EditRefused(f"{_called(part)} is locked", remedy="Unlock it to change it")
+    return part
 
 
-def _with_keypoint(document: Annotation, keypoint: KeypointAnnotation, **fields: Any) -> Annotation:
+def _with_part(document: Annotation, part: Part, **fields: Any) -> Annotation:
     try:
-        replacement = changed(keypoint, **fields)
+        replacement = changed(part, **fields)
     except ValidationError as error:
-        raise EditRefused(f"keypoint {keypoint.name}: {first_problem(error)}") from error
-    if replacement == keypoint:
+        raise EditRefused(f"{_called(part)}: {first_problem(error)}") from error
+    if replacement == part:
         return document
-    keypoints = tuple(replacement if other is keypoint else other for other in document.keypoints)
-    return changed(document, keypoints=keypoints)
+    parts = tuple(replacement if other is part else other for other in document.parts)
+    return changed(document, **{document.method: parts})

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from annotations import __version__
-from annotations.documents.annotation import SCHEMA, Annotation, KeypointAnnotation, changed, now
+from annotations.documents.annotation import SCHEMA, Annotation, changed, now, with_all_parts
 from annotations.documents.json_text import JsonProblem, layout, line_of, parse_strictly
 from annotations.durable_files import SaveError, replace_durably
 from annotations.errors import UserError, first_problem
@@ -104,11 +104,11 @@ def _check_schema(fields: Any, where: object) -> None:
 
 
 def annotation_bytes(annotation: Annotation) -> bytes:
-    """Return the bytes of an annotation's file: UTF-8 JSON, a keypoint a line, absent fields absent."""
+    """Return the bytes of an annotation's file: UTF-8 JSON, a keypoint or a box a line, absent fields absent."""
     fields = annotation.model_dump(mode="json", exclude_none=True)
-    for keypoint in fields["keypoints"]:
-        if not keypoint["locked"]:
-            del keypoint["locked"]
+    for part in (*fields["keypoints"], *fields["boxes"]):
+        if not part["locked"]:
+            del part["locked"]
     # A path that is not Unicode (Linux has such) stands in Python's text as lone surrogates; escaped in this
     # way they are legal JSON, and are read back as they were.
     return layout(fields).encode("utf-8", "backslashreplace")
@@ -235,18 +235,16 @@ def ships(tool: ToolSpecification) -> bool:
 
 
 def completed(annotation: Annotation, tool: ToolSpecification) -> Annotation:
-    """Return the document with every keypoint of the tool, in its order; those that were absent are unplaced.
+    """Return the document with every keypoint, or every link's box, of the tool; absent ones are unplaced.
 
     Raises
     ------
     DocumentError
         The document has a keypoint, or a box on a link, that the tool does not.
     """
-    known = {keypoint.name: keypoint for keypoint in annotation.keypoints}
-    _require(tool, "keypoint", list(known), tool.keypoint_names)
+    _require(tool, "keypoint", [keypoint.name for keypoint in annotation.keypoints], tool.keypoint_names)
     _require(tool, "link", [box.link for box in annotation.boxes], [link.name for link in tool.links])
-    keypoints = tuple(known.get(name, KeypointAnnotation(name=name)) for name in tool.keypoint_names)
-    return annotation if keypoints == annotation.keypoints else changed(annotation, keypoints=keypoints)
+    return with_all_parts(annotation, tool)
 
 
 def _require(tool: ToolSpecification, kind: str, wanted: Sequence[str], known: Sequence[str]) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from annotations.geometry import rotations
+from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.tool import ToolSpecification
 
@@ -75,3 +76,14 @@ def keypoints_um(pose: ToolPose, tool: ToolSpecification) -> dict[str, Vector]:
         positions[link.base] = vector(frame.base_um)
         positions[link.tip] = vector(frame.base_um + frame.axes[:, 0] * link.length_um)
     return positions
+
+
+def link_boxes(pose: ToolPose, tool: ToolSpecification) -> dict[str, Box]:
+    """Return the box of each link of the posed tool, with the cross-section of the specification."""
+    boxes = {}
+    for name, frame in link_frames(pose, tool).items():
+        link = tool.link(name)
+        middle_um = vector(frame.base_um + frame.axes[:, 0] * link.length_um / 2)
+        size_um = (link.length_um, *link.cross_section_um)
+        boxes[name] = Box(middle_um, size_um, rotations.from_matrix(frame.axes))
+    return boxes

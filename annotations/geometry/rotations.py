@@ -1,4 +1,7 @@
-"""Rotations as right-handed unit quaternions (w, x, y, z) with w ≥ 0."""
+"""Rotations as right-handed unit quaternions (w, x, y, z) with w ≥ 0.
+
+Yaw, pitch and roll are intrinsic turns about z, the new y and the new x, in degrees.
+"""
 
 import math
 
@@ -10,6 +13,8 @@ Quaternion = tuple[float, float, float, float]
 
 _ROUNDING = 8 * float(np.finfo(np.float64).eps)
 _ORTHONORMAL = 1e-6
+# Nearer to the vertical than this, yaw and roll are turns about one and the same axis.
+_VERTICAL = 1e-9
 
 
 def quaternion(values: ArrayLike) -> Quaternion:
@@ -70,3 +75,40 @@ def about_axis(axis: ArrayLike, turn_deg: float) -> Quaternion:
         raise ValueError("a rotation needs an axis that is not zero")
     half = np.radians(turn_deg) / 2
     return quaternion([np.cos(half), *(np.sin(half) * direction / math.hypot(*direction))])
+
+
+def product(second: ArrayLike, first: ArrayLike) -> Quaternion:
+    """Return the rotation that turns by ``first`` and then by ``second`` (Hamilton's product)."""
+    a, b = np.asarray(quaternion(second)), np.asarray(quaternion(first))
+    vector_part = a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])
+    return quaternion([a[0] * b[0] - a[1:] @ b[1:], *vector_part])
+
+
+def from_yaw_pitch_roll(yaw_deg: float, pitch_deg: float, roll_deg: float) -> Quaternion:
+    """Return the rotation by yaw about z, then by pitch about the new y, then by roll about the new x."""
+    return from_matrix(
+        matrix(about_axis((0, 0, 1), yaw_deg))
+        @ matrix(about_axis((0, 1, 0), pitch_deg))
+        @ matrix(about_axis((1, 0, 0), roll_deg))
+    )
+
+
+def yaw_pitch_roll_deg(rotation_wxyz: ArrayLike) -> tuple[float, float, float]:
+    """Return yaw and roll in (−180, 180] and pitch in [−90, 90] degrees; yaw is 0 where x is vertical."""
+    m = matrix(rotation_wxyz)
+    level = math.hypot(m[0, 0], m[1, 0])
+    pitch = math.degrees(math.atan2(-m[2, 0], level))
+    if level < _VERTICAL:
+        return 0.0, pitch, math.degrees(math.atan2(math.copysign(1.0, pitch) * m[0, 1], m[1, 1]))
+    yaw, roll = math.atan2(m[1, 0], m[0, 0]), math.atan2(m[2, 1], m[2, 2])
+    return math.degrees(yaw), pitch, math.degrees(roll)
+
+
+def along(direction: ArrayLike, roll_deg: float) -> Quaternion:
+    """Return the rotation whose own +x has a direction of shape (3,), with this roll; ValueError if zero."""
+    x, y, z = np.asarray(direction, dtype=np.float64)
+    if not (x or y or z):
+        raise ValueError("a rotation needs a direction that is not zero")
+    level = math.hypot(x, y)
+    yaw = math.degrees(math.atan2(y, x)) if level else 0.0
+    return from_yaw_pitch_roll(yaw, math.degrees(math.atan2(-z, level)), roll_deg)

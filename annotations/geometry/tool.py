@@ -72,6 +72,12 @@ class Link(_Part):
     cross_section_um: tuple[Positive, Positive]
     color: Color
 
+    @property
+    def is_round(self) -> bool:
+        """Whether the link's body is a cylinder; one that is wider than high, or the reverse, is a block."""
+        width, height = self.cross_section_um
+        return width == height
+
 
 class Joint(_Part):
     """A hinge between two links.

@@ -44,7 +44,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class LinkBody:
-    """A link's shape: a cylinder where its cross-section is as wide as high, else a box; edges rounded.
+    """A link's shape: a cylinder or a block, as `Link.is_round` says; edges rounded.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ def link_bodies(pose: ToolPose, tool: ToolSpecification) -> dict[str, LinkBody]:
             center_um=frame.base_um + frame.axes[:, 0] * link.length_um / 2,
             axes=frame.axes,
             half_size_um=np.array([link.length_um, width, height]) / 2,
-            is_round=width == height,
+            is_round=link.is_round,
         )
     return bodies
 

@@ -69,8 +69,4 @@ def random_pose(
 def _random_rotation(rng: np.random.Generator) -> rotations.Quaternion:
     yaw, roll = rng.uniform(-180, 180, size=2)
     tilt = rng.uniform(-_TILT_DEG, _TILT_DEG)
-    return rotations.from_matrix(
-        rotations.matrix(rotations.about_axis((0, 0, 1), yaw))
-        @ rotations.matrix(rotations.about_axis((0, 1, 0), tilt))
-        @ rotations.matrix(rotations.about_axis((1, 0, 0), roll))
-    )
+    return rotations.from_yaw_pitch_roll(yaw, tilt, roll)

@@ -27,7 +27,7 @@ end itself the light just misses the link or just meets it."""
 def truth_annotation(scene: Scene, volume: VolumeReference) -> Annotation:
     """Return the document with the exact keypoints of a scene, marked as done.
 
-    Their source is ``fitted``: computed, not judged by a person. A keypoint is ``out_of_view`` outside the
+    Their source is ``synthesized``: exact, and not judged by a person. A keypoint is ``out_of_view`` outside the
     volume; ``occluded`` where the light ends more than the link's thickness above it (another link lies over
     it, or its own stands upright) or the signal ends before; ``placed`` otherwise; and ``unplaced`` where it
     ends no link.
@@ -39,7 +39,7 @@ def truth_annotation(scene: Scene, volume: VolumeReference) -> Annotation:
             name=keypoint.name,
             state=_state(scene, keypoint.name, positions_um[keypoint.name]),
             position_um=positions_um[keypoint.name],
-            source="fitted",
+            source="synthesized",
         )
         if keypoint.name in positions_um
         else keypoint

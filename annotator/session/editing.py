@@ -185,12 +185,12 @@ class SessionEditing(SessionState):
         """Protect a keypoint from changes, or release it."""
         self._edit(
             f"{'Lock' if locked else 'Unlock'} {keypoint}",
-            lambda document: edits.lock_keypoint(document, keypoint, locked),
+            lambda document: edits.lock(document, keypoint, locked),
         )
 
     def clear(self, keypoint: str) -> None:
         """Remove a keypoint's position."""
-        self._edit(f"Clear {keypoint}", lambda document: edits.clear_keypoint(document, keypoint))
+        self._edit(f"Clear {keypoint}", lambda document: edits.clear(document, keypoint))
 
     def _next_unplaced(self) -> str | None:
         if self._document is None:

@@ -19,8 +19,8 @@ from annotations.documents.annotation import (
 )
 from annotations.documents.edits import (
     EditRefused,
-    clear_keypoint,
-    lock_keypoint,
+    clear,
+    lock,
     place_keypoint,
     set_certainty,
     set_state,
@@ -53,8 +53,8 @@ def edits_of(kind: str, name: str) -> st.SearchStrategy[Edit]:
             lambda certainty: partial(set_certainty, name=name, certainty=certainty),
             st.sampled_from(get_args(Certainty)),
         ),
-        "clear": st.just(partial(clear_keypoint, name=name)),
-        "lock": st.builds(lambda locked: partial(lock_keypoint, name=name, locked=locked), st.booleans()),
+        "clear": st.just(partial(clear, name=name)),
+        "lock": st.builds(lambda locked: partial(lock, name=name, locked=locked), st.booleans()),
         "status": st.builds(
             lambda status: partial(set_status, status=status), st.sampled_from(get_args(Status))
         ),
@@ -132,7 +132,7 @@ def test_moving_keeps_what_was_said_about_a_keypoint(document: Annotation, state
 
 def test_clearing_leaves_a_fresh_keypoint(document: Annotation) -> None:
     placed = set_certainty(place_keypoint(document, "k2", HERE_UM, "clicked"), "k2", "unsure")
-    assert clear_keypoint(placed, "k2") == document
+    assert clear(placed, "k2") == document
     assert set_state(placed, "k2", "unplaced") == document
 
 
@@ -148,9 +148,9 @@ def test_an_edit_that_changes_nothing_is_none(document: Annotation) -> None:
         partial(place_keypoint, name="k2", position_um=HERE_UM, source="clicked"),
         partial(set_state, name="k2", state="placed"),
         partial(set_certainty, name="k2", certainty="sure"),
-        partial(clear_keypoint, name="k3"),
+        partial(clear, name="k3"),
         partial(set_state, name="k3", state="unplaced"),
-        partial(lock_keypoint, name="k2", locked=False),
+        partial(lock, name="k2", locked=False),
         partial(set_status, status="in_progress"),
     ):
         assert edit(placed) is placed, edit
@@ -164,18 +164,18 @@ def test_an_edit_that_changes_nothing_is_none(document: Annotation) -> None:
         partial(set_state, name="k2", state="occluded"),
         partial(set_state, name="k2", state="unplaced"),
         partial(set_certainty, name="k2", certainty="unsure"),
-        partial(clear_keypoint, name="k2"),
+        partial(clear, name="k2"),
     ],
 )
 def test_a_locked_keypoint_refuses_every_change(document: Annotation, edit: Edit) -> None:
-    locked = lock_keypoint(place_keypoint(document, "k2", HERE_UM, "clicked"), "k2", True)
+    locked = lock(place_keypoint(document, "k2", HERE_UM, "clicked"), "k2", True)
     with pytest.raises(EditRefused, match=r"keypoint k2 is locked\. Unlock it to change it"):
         edit(locked)
-    edit(lock_keypoint(locked, "k2", False))
+    edit(lock(locked, "k2", False))
 
 
 def test_a_lock_is_for_its_keypoint_alone(document: Annotation) -> None:
-    locked = lock_keypoint(document, "k2", True)
+    locked = lock(document, "k2", True)
     assert place_keypoint(locked, "k3", HERE_UM, "clicked").keypoint("k3").position_um == HERE_UM
     assert set_status(locked, "done").status == "done"
 
@@ -185,8 +185,8 @@ def test_an_unknown_keypoint_is_refused(document: Annotation) -> None:
         partial(place_keypoint, name="k9", position_um=HERE_UM, source="clicked"),
         partial(set_state, name="k9", state="unplaced"),
         partial(set_certainty, name="k9", certainty="unsure"),
-        partial(clear_keypoint, name="k9"),
-        partial(lock_keypoint, name="k9", locked=True),
+        partial(clear, name="k9"),
+        partial(lock, name="k9", locked=True),
     ):
         with pytest.raises(EditRefused, match="no keypoint 'k9'; the document has k0, k1, k2, k3, k4, k5"):
             edit(document)

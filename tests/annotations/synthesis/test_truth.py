@@ -60,7 +60,7 @@ def test_the_truth_is_finished_and_plausible(seed: int) -> None:
 
     assert truth.status == "done"
     assert truth.annotator == "truth"
-    assert {keypoint.source for keypoint in truth.keypoints} == {"fitted"}
+    assert {keypoint.source for keypoint in truth.keypoints} == {"synthesized"}
     assert list(check_annotation(truth, FORCEPS)) == []
 
 

@@ -1,0 +1,54 @@
+"""Both representations of a document: what is stored, and what follows from it for a reader."""
+
+from collections.abc import Mapping
+
+from annotations.documents.annotation import Annotation, KeypointAnnotation
+from annotations.geometry.boxes import box_keypoints_um, hinge_axes
+from annotations.geometry.frames import Vector
+from annotations.geometry.targets import PoseTargets, pose_targets
+from annotations.geometry.tool import ToolSpecification
+
+
+def keypoints_of(document: Annotation, tool: ToolSpecification) -> tuple[KeypointAnnotation, ...]:
+    """Return the keypoints of a document of either method, in the tool's order.
+
+    Those of a document of boxes are the centres of the boxes' x faces, and have the state, certainty and source
+    of their box; a keypoint that ends no placed box is unplaced.
+    """
+    if document.method == "keypoints":
+        return document.keypoints
+    positions_um = box_keypoints_um(document.placed_boxes, tool)
+    owner = {
+        name: box
+        for link in reversed(tool.links)
+        for name in (link.base, link.tip)
+        for box in document.boxes
+        if box.link == link.name and box.state != "unplaced"
+    }
+    return tuple(
+        KeypointAnnotation(
+            name=name,
+            state=owner[name].state,
+            position_um=positions_um[name],
+            certainty=owner[name].certainty,
+            source=owner[name].source,
+            locked=owner[name].locked,
+        )
+        if name in owner
+        else KeypointAnnotation(name=name)
+        for name in tool.keypoint_names
+    )
+
+
+def keypoint_positions_um(document: Annotation, tool: ToolSpecification) -> Mapping[str, Vector]:
+    """Return the positions in µm of the keypoints that a document of either method gives, by name."""
+    if document.method == "keypoints":
+        return document.positions_um
+    return box_keypoints_um(document.placed_boxes, tool)
+
+
+def document_targets(document: Annotation, tool: ToolSpecification) -> PoseTargets:
+    """Return the pose targets of a document of either method; signed angles where boxes give the hinges."""
+    return pose_targets(
+        keypoint_positions_um(document, tool), tool, hinge_axes(document.placed_boxes, tool)
+    )
