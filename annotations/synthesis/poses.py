@@ -4,10 +4,10 @@ import numpy as np
 
 from annotations.errors import UserError
 from annotations.geometry import rotations
+from annotations.geometry.body import link_bodies
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotations.geometry.tool import ToolSpecification
-from annotations.synthesis.body import link_bodies
 
 _CLEARANCE_UM = 300.0
 """Least depth of the tool's surface, so that its whole front is in the volume."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
-from annotations.synthesis.body import Surface
+from annotations.geometry.body import Surface
 from annotations.synthesis.grid import Grid
 
 _STEPS_PER_GREY = 64

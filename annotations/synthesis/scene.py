@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from annotations.geometry.body import LinkBody, Surface, link_bodies, surface_from_above
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.tool import ToolSpecification
-from annotations.synthesis.body import LinkBody, Surface, link_bodies, surface_from_above
 from annotations.synthesis.grid import Grid
 from annotations.synthesis.poses import random_pose
 from annotations.synthesis.scanner import Scanner

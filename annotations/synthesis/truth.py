@@ -11,9 +11,9 @@ from annotations.documents.annotation import (
     new_annotation,
 )
 from annotations.documents.files import ships
+from annotations.geometry.body import surface_from_above
 from annotations.geometry.frames import Vector, is_inside
 from annotations.geometry.kinematics import keypoints_um
-from annotations.synthesis.body import surface_from_above
 from annotations.synthesis.scene import Scene
 
 ANNOTATOR = "truth"

@@ -4,10 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from annotations.errors import UserError
+from annotations.geometry.body import link_bodies
 from annotations.geometry.kinematics import keypoints_um
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import shipped_tools
-from annotations.synthesis.body import link_bodies
 from annotations.synthesis.grid import Grid
 from annotations.synthesis.poses import random_pose
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from annotations.synthesis.body import Surface
+from annotations.geometry.body import Surface
 from annotations.synthesis.grid import Grid
 from annotations.synthesis.scanner import Scanner
 

@@ -4,9 +4,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from annotations.geometry import rotations
+from annotations.geometry.body import LinkBody, link_bodies, surface_from_above
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotations.geometry.tool_library import shipped_tools
-from annotations.synthesis.body import LinkBody, link_bodies, surface_from_above
 
 FORCEPS = shipped_tools()["magnetic-forceps"]
 
@@ -59,6 +59,25 @@ def test_a_column_without_a_hit_passes_beside_the_body(body: LinkBody) -> None:
     assert body.distance_um(np.column_stack([along, depths])).min(initial=np.inf) > -0.01
 
 
+@given(bodies(), st.integers(0, 10_000))
+def test_distance_is_that_to_the_nearest_place_of_the_surface_on_either_side(
+    body: LinkBody, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    positions = body.center_um + rng.uniform(-1.2, 1.2, (50, 3)) * body.half_size_um @ body.axes.T
+    distance = body.distance_um(positions)
+    step_um = 1e-3
+    slope = np.stack(
+        [body.distance_um(positions + step_um * np.eye(3)[axis]) - distance for axis in range(3)], axis=-1
+    )
+    # Where two faces are equally near the slope jumps, and a step may straddle that.
+    smooth = np.abs(np.linalg.norm(slope / step_um, axis=-1) - 1) < 1e-3
+
+    assert smooth.mean() > 0.9
+    nearest = positions - distance[:, None] * slope / step_um
+    assert np.abs(body.distance_um(nearest[smooth])).max() < 1e-2 * body.half_size_um.max()
+
+
 @given(bodies())
 def test_bounds_hold_the_body_and_touch_it(body: LinkBody) -> None:
     x, y = columns_over(body)
@@ -95,13 +114,15 @@ def test_facing_is_the_slope_of_the_height(body: LinkBody, seed: int) -> None:
 def test_distance_of_a_cylinder_is_that_of_the_formula() -> None:
     body = LinkBody(np.zeros(3), np.eye(3), np.array([5000.0, 2000.0, 2000.0]), is_round=True)
 
-    assert body.distance_um([[0, 3000, 0], [0, 1200, 1600], [5100, 0, 0]]) == pytest.approx([1000, 0, 100])
+    positions = [[0, 3000, 0], [0, 1200, 1600], [5100, 0, 0], [0, 0, -1000], [4900, 0, 0]]
+    assert body.distance_um(positions) == pytest.approx([1000, 0, 100, -1000, -100])
 
 
 def test_distance_of_a_box_is_that_of_the_formula() -> None:
     body = LinkBody(np.zeros(3), np.eye(3), np.array([3000.0, 2000.0, 1000.0]), is_round=False)
 
-    assert body.distance_um([[0, 2300, 0], [0, 0, -1000], [3001, 0, 0]]) == pytest.approx([300, 0, 1])
+    positions = [[0, 2300, 0], [0, 0, -1000], [3001, 0, 0], [0, 0, 0], [0, -1700, 0]]
+    assert body.distance_um(positions) == pytest.approx([300, 0, 1, -1000, -300])
 
 
 def test_each_links_body_lies_between_its_keypoints() -> None:

@@ -70,10 +70,11 @@ class LinkBody:
     def distance_um(self, positions_um: ArrayLike) -> Array:
         """Return the signed distance of positions in µm, shape (..., 3), from the surface.
 
-        Exact outside and within the rounding; further inside it stays at minus the edges' radius.
+        Exact on either side; negative inside.
         """
         local = (np.asarray(positions_um, dtype=np.float64) - self.center_um) @ self.axes
-        return np.asarray(np.linalg.norm(self._from_core(local), axis=-1) - self.edge_um)
+        beyond_core = np.linalg.norm(self._from_core(local), axis=-1)
+        return np.asarray(beyond_core - self._inside_core(local) - self.edge_um)
 
     def bounds_um(self) -> tuple[Array, Array]:
         """Return the lowest and the highest position in µm along each axis, shape (3,) each.
@@ -113,6 +114,13 @@ class LinkBody:
             if not active.size:
                 break
         return surface
+
+    def _inside_core(self, local: Array) -> Array:
+        """Return how deep in the core points in the link's frame, (..., 3), lie: 0 outside of it."""
+        core = self.half_size_um - self.edge_um
+        if self.is_round:
+            local = np.stack([local[..., 0], np.hypot(local[..., 1], local[..., 2])], axis=-1)
+        return np.asarray(np.maximum((core[: local.shape[-1]] - np.abs(local)).min(axis=-1), 0))
 
     def _from_core(self, local: Array) -> Array:
         """Return the vectors from the nearest point of the core to points in the link's frame, (..., 3) each.
