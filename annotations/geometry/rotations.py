@@ -110,5 +110,6 @@ def along(direction: ArrayLike, roll_deg: float) -> Quaternion:
     if not (x or y or z):
         raise ValueError("a rotation needs a direction that is not zero")
     level = math.hypot(x, y)
-    yaw = math.degrees(math.atan2(y, x)) if level else 0.0
+    # The same rule as in `yaw_pitch_roll_deg`, or a roll that was read there would be another one here.
+    yaw = 0.0 if level < _VERTICAL * math.hypot(x, y, z) else math.degrees(math.atan2(y, x))
     return from_yaw_pitch_roll(yaw, math.degrees(math.atan2(-z, level)), roll_deg)
