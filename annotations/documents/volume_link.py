@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from annotations.documents.annotation import VolumeReference
+from annotations.documents.annotation import Derivation, VolumeReference
 from annotations.geometry.frames import Vector
 from annotations.volumes import Volume
 
@@ -36,17 +36,20 @@ def reference_to(
     )
 
 
-def relative_path(volume_path: Path, annotation_path: Path) -> str:
-    """Return how a document kept at a path names its volume: relative to its folder, with forward slashes."""
+def relative_path(path: Path, annotation_path: Path) -> str:
+    """Return how a document kept at a path names another file: relative to its folder, with slashes."""
     try:
-        return Path(os.path.relpath(volume_path, annotation_path.parent)).as_posix()
+        return Path(os.path.relpath(path, annotation_path.parent)).as_posix()
     except ValueError:
         # Another drive on Windows has no relative path.
-        return volume_path.as_posix()
+        return path.as_posix()
 
 
-def referenced_path(reference: VolumeReference, annotation_path: Path) -> Path:
-    """Return the absolute path that a document in a file gives for its volume; nothing need be there."""
+def referenced_path(reference: VolumeReference | Derivation, annotation_path: Path) -> Path:
+    """Return the absolute path that a document in a file gives for its volume or its original.
+
+    Nothing need be there.
+    """
     return Path(os.path.normpath(annotation_path.parent.absolute() / PurePosixPath(reference.path)))
 
 
