@@ -6,6 +6,7 @@ Exit codes: 0, 1 for findings and failed files, 2 for misuse.
 
 import argparse
 import io
+import math
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -63,6 +64,8 @@ def _command(name: str) -> Callable[[argparse.Namespace], int]:
             from annotations.cli.info import run
         case "targets":
             from annotations.cli.targets import run
+        case "convert":
+            from annotations.cli.convert import run
         case "check":
             from annotations.cli.check import run
         case _:
@@ -94,9 +97,31 @@ def _parser() -> argparse.ArgumentParser:
         "targets",
         "pose targets of annotation files",
         "Compute the pose targets of each annotation file: position (µm), orientation (a unit vector) and "
-        "the joints' angles (degrees, unsigned). The volumes are not needed.",
+        "the joints' angles (degrees, unsigned; boxes give the signed ones besides). The volumes are not "
+        "needed.",
     )
     targets.add_argument("files", nargs="+", type=Path, metavar="FILE", help="an annotation file (.json)")
+
+    convert = _add(
+        commands,
+        "convert",
+        "keypoints from boxes, or boxes from keypoints",
+        "Derive a new annotation file of the other method; the original stays as it is. Boxes need a roll: "
+        "that which the bend of the tool shows, or the one given.",
+    )
+    convert.add_argument("file", type=Path, metavar="FILE", help="an annotation file (.json)")
+    convert.add_argument(
+        "--to", required=True, choices=["keypoints", "boxes"], help="the method of the new file (required)"
+    )
+    convert.add_argument(
+        "--roll-deg",
+        type=_angle,
+        metavar="R",
+        help="roll of the first link's box in degrees (yaw-pitch-roll), where the keypoints do not show it",
+    )
+    convert.add_argument(
+        "-o", "--output", required=True, type=Path, metavar="OUT", help="the new file (required)"
+    )
 
     check = _add(
         commands,
@@ -150,6 +175,16 @@ def _add(
     )
     command.set_defaults(misuse=command.error)
     return command
+
+
+def _angle(text: str) -> float:
+    try:
+        angle_deg = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not math.isfinite(angle_deg):
+        raise argparse.ArgumentTypeError(f"{text!r} is not an angle")
+    return angle_deg
 
 
 def _at_least(least: int) -> Callable[[str], int]:

@@ -4,12 +4,12 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from annotations.cli.documents import load_with_tool
 from annotations.cli.output import for_each, write_json, write_text
-from annotations.cli.tool_folders import tool_folders
 from annotations.documents.annotation import Annotation
-from annotations.documents.files import completed, load_annotation, tool_of
-from annotations.errors import UserError
-from annotations.geometry.targets import PoseTargets, pose_targets
+from annotations.documents.representations import document_targets
+from annotations.geometry.frames import Vector
+from annotations.geometry.targets import PoseTargets
 from annotations.geometry.tool import ToolSpecification
 
 
@@ -17,30 +17,23 @@ def run(arguments: argparse.Namespace) -> int:
     """Compute the targets of each file; return the exit code."""
 
     def report(path: Path) -> None:
-        annotation, tool = _load(path)
-        targets = pose_targets(annotation.positions_um, tool)
+        annotation, tool = load_with_tool(path)
+        targets = document_targets(annotation, tool)
         if arguments.json:
             write_json(_fields(path, annotation, tool, targets))
         else:
-            write_text(_in_words(path, tool, targets))
+            write_text(_in_words(path, annotation, tool, targets))
 
     return for_each(arguments.files, arguments.json, report)
-
-
-def _load(path: Path) -> tuple[Annotation, ToolSpecification]:
-    annotation, _ = load_annotation(path)
-    try:
-        tool = tool_of(annotation, tool_folders(path))
-        return completed(annotation, tool), tool
-    except UserError as error:
-        # These speak of the tool; which of many files names it is known here.
-        raise UserError(str(error).removesuffix("."), where=path) from error
 
 
 def _fields(
     path: Path, annotation: Annotation, tool: ToolSpecification, targets: PoseTargets
 ) -> dict[str, Any]:
-    """Return the targets that the tool has, ``None`` for those whose keypoints have no position."""
+    """Return the targets that the tool has, ``None`` for those whose keypoints have no position.
+
+    A signed angle is there only where a box gives the hinge.
+    """
     fields: dict[str, Any] = {
         "path": str(path),
         "volume": annotation.volume.path,
@@ -55,22 +48,27 @@ def _fields(
         fields["orientation"] = targets.orientation
     for angle in tool.targets.angles:
         fields[f"{angle.name}_deg"] = targets.angles_deg.get(angle.name)
+        if angle.name in targets.signed_angles_deg:
+            fields[f"{angle.name}_signed_deg"] = targets.signed_angles_deg[angle.name]
     return fields
 
 
-def _in_words(path: Path, tool: ToolSpecification, targets: PoseTargets) -> str:
+def _in_words(path: Path, annotation: Annotation, tool: ToolSpecification, targets: PoseTargets) -> str:
+    unknown = f"unknown: its {annotation.method} are not all placed"
     lines = [str(path)]
     if tool.targets.position:
-        lines.append(f"  position     {_numbers(targets.position_um, '.1f', ' µm')}")
+        position_um = targets.position_um
+        lines.append(f"  position     {_numbers(position_um, '.1f') + ' µm' if position_um else unknown}")
     if tool.targets.orientation:
-        lines.append(f"  orientation  {_numbers(targets.orientation, '.4f', '')}")
+        orientation = targets.orientation
+        lines.append(f"  orientation  {_numbers(orientation, '.4f') if orientation else unknown}")
     for angle in tool.targets.angles:
         value = targets.angles_deg.get(angle.name)
-        lines.append(f"  {angle.name:<11}  {_numbers(None if value is None else (value,), '.2f', '°')}")
+        signed = targets.signed_angles_deg.get(angle.name)
+        words = unknown if value is None else f"{value:.2f}°"
+        lines.append(f"  {angle.name:<11}  {words}" + ("" if signed is None else f", signed {signed:+.2f}°"))
     return "\n".join(lines)
 
 
-def _numbers(values: tuple[float, ...] | None, form: str, unit: str) -> str:
-    if values is None:
-        return "unknown: its keypoints are not all placed"
-    return ", ".join(f"{value:{form}}" for value in values) + unit
+def _numbers(values: Vector, form: str) -> str:
+    return ", ".join(f"{value:{form}}" for value in values)

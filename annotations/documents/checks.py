@@ -5,11 +5,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from annotations.documents.annotation import Annotation
+from annotations.documents.annotation import Annotation, BoxAnnotation, Part
 from annotations.documents.files import DocumentError, completed, load_annotation, tool_of
+from annotations.documents.representations import keypoint_positions_um
 from annotations.documents.volume_link import compare, referenced_path
 from annotations.errors import UserError
-from annotations.geometry.frames import is_inside
+from annotations.geometry.frames import Vector, is_inside
 from annotations.geometry.tool import ToolError, ToolSpecification
 from annotations.geometry.tool_library import find_tools
 from annotations.volumes import fingerprint, open_volume
@@ -25,8 +26,8 @@ class Finding:
     Attributes
     ----------
     kind : str
-        ``file``, ``tool``, ``volume``, ``shape``, ``dtype``, ``fingerprint``, ``spacing``, ``keypoint``
-        or ``link``.
+        ``file``, ``tool``, ``volume``, ``shape``, ``dtype``, ``fingerprint``, ``spacing``, ``keypoint``,
+        ``box``, ``link`` or ``original``.
     problem : str
         What was found.
     """
@@ -57,29 +58,28 @@ def check_file(path: Path, tool_folders: Sequence[Path] = ()) -> tuple[Finding, 
         try:
             findings.extend(check_annotation(completed(annotation, tool), tool))
         except DocumentError as error:
-            findings.append(Finding("keypoint", str(error)))
+            findings.append(Finding(_kind(annotation), str(error)))
+    findings.extend(_check_original(annotation, path))
     findings.extend(_check_volume(annotation, path))
     return tuple(findings)
 
 
 def check_annotation(annotation: Annotation, tool: ToolSpecification) -> Iterator[Finding]:
     """Check what a document says, without its volume: what is unfinished, contradictory or implausible."""
-    unplaced = [keypoint.name for keypoint in annotation.keypoints if keypoint.state == "unplaced"]
-    if annotation.method == "keypoints" and annotation.status == "done" and unplaced:
-        yield Finding("keypoint", f"it is marked as done, but {', '.join(unplaced)} are unplaced")
-    for keypoint in annotation.keypoints:
-        if keypoint.position_um is None:
+    kind, volume = _kind(annotation), annotation.volume
+    unplaced = [part.name for part in annotation.parts if part.state == "unplaced"]
+    if annotation.status == "done" and unplaced:
+        yield Finding(kind, f"it is marked as done, but {', '.join(unplaced)} are unplaced")
+    for part in annotation.parts:
+        if part.state == "unplaced":
             continue
-        inside = is_inside(keypoint.position_um, annotation.volume.shape, annotation.volume.spacing_um)
-        if inside and keypoint.state == "out_of_view":
-            yield Finding(
-                "keypoint", f"{keypoint.name} is out of view, but its position is inside the volume"
-            )
-        if not inside and keypoint.state != "out_of_view":
-            yield Finding(
-                "keypoint", f"{keypoint.name} is {keypoint.state}, but its position is outside the volume"
-            )
-    positions_um = annotation.positions_um
+        inside = [is_inside(each_um, volume.shape, volume.spacing_um) for each_um in _extent_um(part)]
+        called = "its position" if kind == "keypoint" else "its box, from end to end,"
+        if all(inside) and part.state == "out_of_view":
+            yield Finding(kind, f"{part.name} is out of view, but {called} is inside the volume")
+        if not any(inside) and part.state != "out_of_view":
+            yield Finding(kind, f"{part.name} is {part.state}, but {called} is outside the volume")
+    positions_um = keypoint_positions_um(annotation, tool)
     low, high = PLAUSIBLE_LENGTH_RATIO
     for link in tool.links:
         if link.base not in positions_um or link.tip not in positions_um:
@@ -91,6 +91,31 @@ def check_annotation(annotation: Annotation, tool: ToolSpecification) -> Iterato
                 f"{link.name} is {length_um:.0f} µm long from {link.base} to {link.tip}, "
                 f"nominal are {link.length_um:.0f} µm",
             )
+
+
+def _kind(annotation: Annotation) -> str:
+    return "keypoint" if annotation.method == "keypoints" else "box"
+
+
+def _extent_um(part: Part) -> tuple[Vector, ...]:
+    """Return the positions in µm that say whether a placed part is in view: of a box, ends and centre."""
+    if isinstance(part, BoxAnnotation):
+        return () if part.box is None else (part.box.base_um, part.box.center_um, part.box.tip_um)
+    return () if part.position_um is None else (part.position_um,)
+
+
+def _check_original(annotation: Annotation, path: Path) -> Iterator[Finding]:
+    """Check that what a document was derived from is as it was, until a person has gone over each part."""
+    if annotation.derived_from is None or all(part.source != "derived" for part in annotation.parts):
+        return
+    original_path = referenced_path(annotation.derived_from, path)
+    try:
+        original, _ = load_annotation(original_path)
+    except DocumentError as error:
+        yield Finding("original", f"what it was derived from is not to be read: {error}")
+        return
+    if original.modified > annotation.created:
+        yield Finding("original", f"it was derived from {original_path}, which has been saved since then")
 
 
 def _check_copy(annotation: Annotation, tool_folders: Sequence[Path]) -> Iterator[Finding]:
