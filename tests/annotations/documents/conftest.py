@@ -14,19 +14,23 @@ from annotations.documents.annotation import (
     Annotation,
     BoxAnnotation,
     Certainty,
+    Derivation,
     KeypointAnnotation,
     Method,
     Source,
     State,
     Status,
     VolumeReference,
+    changed,
     new_annotation,
+    with_all_parts,
 )
-from annotations.documents.edits import place_keypoint, set_status
+from annotations.documents.edits import place_box, place_keypoint, set_status
 from annotations.documents.files import file_identity, save_annotation
 from annotations.documents.recovery import RecoveryJournal
 from annotations.documents.volume_link import reference_to
-from annotations.geometry.rotations import quaternion
+from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
+from annotations.geometry.rotations import about_axis, quaternion
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import shipped_tools
 from annotations.volumes import fingerprint, open_volume
@@ -46,10 +50,12 @@ rotations = st.tuples(*[st.floats(-1, 1)] * 4).filter(any).map(quaternion)
 
 
 @st.composite
-def keypoints(draw: st.DrawFn, named: st.SearchStrategy[str] = names) -> KeypointAnnotation:
+def keypoints(
+    draw: st.DrawFn, named: st.SearchStrategy[str] = names, states: tuple[State, ...] = get_args(State)
+) -> KeypointAnnotation:
     fields: dict[str, Any] = {
         "name": draw(named),
-        "state": draw(st.sampled_from(get_args(State))),
+        "state": draw(st.sampled_from(states)),
         "certainty": draw(st.sampled_from(get_args(Certainty))),
         "locked": draw(st.booleans()),
     }
@@ -60,11 +66,14 @@ def keypoints(draw: st.DrawFn, named: st.SearchStrategy[str] = names) -> Keypoin
 
 
 @st.composite
-def boxes(draw: st.DrawFn, named: st.SearchStrategy[str] = names) -> BoxAnnotation:
+def boxes(
+    draw: st.DrawFn, named: st.SearchStrategy[str] = names, states: tuple[State, ...] = get_args(State)
+) -> BoxAnnotation:
     fields: dict[str, Any] = {
         "link": draw(named),
-        "state": draw(st.sampled_from(get_args(State))),
+        "state": draw(st.sampled_from(states)),
         "certainty": draw(st.sampled_from(get_args(Certainty))),
+        "locked": draw(st.booleans()),
     }
     if fields["state"] != "unplaced":
         fields["center_um"] = draw(positions)
@@ -85,20 +94,39 @@ volumes = st.builds(
 )
 
 
+derivations = st.builds(
+    Derivation,
+    path=paths,
+    method=st.sampled_from(get_args(Method)),
+    roll_deg=st.none() | coordinates,
+)
+
+
 @st.composite
 def documents(draw: st.DrawFn) -> Annotation:
     tool = draw(st.sampled_from(list(shipped_tools().values())))
     travels = draw(st.booleans())
+    method: Method = draw(st.sampled_from(get_args(Method)))
+    # What the method is not about may be listed, but not placed.
+    any_state: tuple[State, ...] = get_args(State)
+    of_keypoints, of_boxes = (
+        any_state if method == each else ("unplaced",) for each in ("keypoints", "boxes")
+    )
     return Annotation(
         volume=draw(volumes),
         tool=tool.name if travels else draw(words),
         tool_fingerprint=tool.fingerprint if travels else draw(st.none() | words),
         tool_copy=tool if travels else None,
         annotator=draw(words),
-        method=draw(st.sampled_from(get_args(Method))),
+        method=method,
         status=draw(st.sampled_from(get_args(Status))),
-        keypoints=tuple(draw(st.lists(keypoints(), max_size=9, unique_by=lambda keypoint: keypoint.name))),
-        boxes=tuple(draw(st.lists(boxes(), max_size=3, unique_by=lambda box: box.link))),
+        keypoints=tuple(
+            draw(
+                st.lists(keypoints(states=of_keypoints), max_size=9, unique_by=lambda keypoint: keypoint.name)
+            )
+        ),
+        boxes=tuple(draw(st.lists(boxes(states=of_boxes), max_size=3, unique_by=lambda box: box.link))),
+        derived_from=draw(st.none() | derivations),
         created=draw(moments),
         modified=draw(moments),
         active_seconds=draw(st.floats(0, allow_infinity=False)),
@@ -163,6 +191,29 @@ def document(forceps: ToolSpecification) -> Annotation:
     fresh = new_annotation(reference, forceps, "anna", "keypoints", ships=True)
     begun = datetime(2026, 11, 22, 5, 0, 0, tzinfo=UTC)
     return fresh.model_copy(update={"created": begun, "modified": begun})
+
+
+@pytest.fixture
+def pose() -> ToolPose:
+    """A bent tool inside the volume of `document`."""
+    return ToolPose((7000.0, 8000.0, 6000.0), about_axis((1, 2, 3), 80.0), {"theta1": -30.0, "theta2": 40.0})
+
+
+@pytest.fixture
+def by_boxes(document: Annotation, forceps: ToolSpecification, pose: ToolPose) -> Annotation:
+    """A document of boxes that a person placed where the tool's pose has them."""
+    by_boxes = with_all_parts(changed(document, method="boxes"), forceps)
+    for link, box in link_boxes(pose, forceps).items():
+        by_boxes = place_box(by_boxes, link, box, "clicked")
+    return by_boxes
+
+
+@pytest.fixture
+def by_keypoints(document: Annotation, forceps: ToolSpecification, pose: ToolPose) -> Annotation:
+    """A document of keypoints that a person placed where the tool's pose has them."""
+    for name, position_um in keypoints_um(pose, forceps).items():
+        document = place_keypoint(document, name, position_um, "clicked")
+    return document
 
 
 @pytest.fixture

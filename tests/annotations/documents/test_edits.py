@@ -21,12 +21,15 @@ from annotations.documents.edits import (
     EditRefused,
     clear,
     lock,
+    place_box,
     place_keypoint,
     set_certainty,
     set_state,
     set_status,
 )
 from annotations.documents.files import annotation_bytes
+from annotations.geometry.boxes import Box
+from annotations.geometry.rotations import quaternion
 
 Edit = Callable[[Annotation], Annotation]
 
@@ -36,14 +39,27 @@ THERE_UM = (-5.0, 0.0, 1e7)
 positions = st.tuples(*[st.floats(-1e6, 1e6)] * 3)
 
 
+boxes = st.builds(
+    Box,
+    positions,
+    st.tuples(*[st.floats(1.0, 1e5)] * 3),
+    st.tuples(*[st.floats(-1, 1)] * 4).filter(any).map(quaternion),
+)
+
+
 def edits_of(kind: str, name: str) -> st.SearchStrategy[Edit]:
-    """Draw edits of one kind, of the keypoint of that name where they are about one."""
+    """Draw edits of one kind, of the keypoint or box of that name where they are about one."""
     return {
         "place": st.builds(
             lambda position_um, source: partial(
                 place_keypoint, name=name, position_um=position_um, source=source
             ),
             positions,
+            st.sampled_from(get_args(Source)),
+        ),
+        "box": st.builds(
+            lambda box, source: partial(place_box, link=name, box=box, source=source),
+            boxes,
             st.sampled_from(get_args(Source)),
         ),
         "state": st.builds(
@@ -61,13 +77,13 @@ def edits_of(kind: str, name: str) -> st.SearchStrategy[Edit]:
     }[kind]
 
 
-KINDS = ["place", "state", "certainty", "clear", "lock", "status"]
+KINDS = ["place", "box", "state", "certainty", "clear", "lock", "status"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @given(document=..., data=st.data())
 def test_undo_restores_the_document_exactly(kind: str, document: Annotation, data: st.DataObject) -> None:
-    names = [keypoint.name for keypoint in document.keypoints] or ["k0"]
+    names = [part.name for part in document.parts] or ["k0"]
     edit = data.draw(edits_of(kind, data.draw(st.sampled_from(names))))
     content, stack = annotation_bytes(document), [document]
     try:
@@ -80,19 +96,17 @@ def test_undo_restores_the_document_exactly(kind: str, document: Annotation, dat
     assert annotation_bytes(before) == content
     assert edit(before) == after
     assert (after is before) == (annotation_bytes(after) == content)
-    # Nothing else has changed: an edit of a keypoint is about that keypoint, one of the status about none.
-    assert [keypoint.name for keypoint in after.keypoints] == [keypoint.name for keypoint in before.keypoints]
-    different = [
-        one.name for one, other in zip(before.keypoints, after.keypoints, strict=True) if one != other
-    ]
+    # Nothing else has changed: an edit of a part is about that part, one of the status about none.
+    assert [part.name for part in after.parts] == [part.name for part in before.parts]
+    different = [one.name for one, other in zip(before.parts, after.parts, strict=True) if one != other]
     assert len(different) <= (0 if kind == "status" else 1)
-    restored = changed(after, keypoints=before.keypoints, status=before.status)
+    restored = changed(after, **{before.method: before.parts, "status": before.status})
     assert annotation_bytes(restored) == content
 
 
 @given(document=..., data=st.data())
 def test_many_edits_are_undone_one_by_one(document: Annotation, data: st.DataObject) -> None:
-    names = [keypoint.name for keypoint in document.keypoints] or ["k0"]
+    names = [part.name for part in document.parts] or ["k0"]
     stack, contents, made = [document], [annotation_bytes(document)], []
     for kind in data.draw(st.lists(st.sampled_from(KINDS), max_size=12)):
         edit = data.draw(edits_of(kind, data.draw(st.sampled_from(names))))
