@@ -10,6 +10,7 @@ from typing import Literal, get_args
 from PySide6.QtCore import QByteArray, QSettings
 
 from annotations.app_folders import config_folder
+from annotations.documents.annotation import Method
 from annotator.looks.theme import THEMES, Theme
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.view import Rendering
@@ -59,6 +60,15 @@ class Settings:
     @tool_name.setter
     def tool_name(self, name: str) -> None:
         self._store.setValue("annotator/tool", name)
+
+    @property
+    def method(self) -> Method:
+        """How volumes are annotated that belong to no study."""
+        return "boxes" if self._text("annotator/method") == "boxes" else "keypoints"
+
+    @method.setter
+    def method(self, method: Method) -> None:
+        self._store.setValue("annotator/method", method)
 
     @property
     def autosave_seconds(self) -> float:

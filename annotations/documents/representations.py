@@ -49,6 +49,4 @@ def keypoint_positions_um(document: Annotation, tool: ToolSpecification) -> Mapp
 
 def document_targets(document: Annotation, tool: ToolSpecification) -> PoseTargets:
     """Return the pose targets of a document of either method; signed angles where boxes give the hinges."""
-    return pose_targets(
-        keypoint_positions_um(document, tool), tool, hinge_axes(document.placed_boxes, tool)
-    )
+    return pose_targets(keypoint_positions_um(document, tool), tool, hinge_axes(document.placed_boxes, tool))

@@ -49,6 +49,11 @@ class Box:
         offset_um = np.asarray(share, dtype=np.float64) * np.asarray(self.size_um)
         return vector(np.asarray(self.center_um) + self.axes @ offset_um)
 
+    def contains(self, position_um: ArrayLike) -> bool:
+        """Say whether a position in µm, shape (3,), lies in the box or on its surface."""
+        local_um = (np.asarray(position_um, dtype=np.float64) - self.center_um) @ self.axes
+        return bool(np.all(np.abs(local_um) <= np.asarray(self.size_um) / 2))
+
     @property
     def turned_over(self) -> "Box":
         """The same body turned 180° about its own x: the hinge's axis has the other sense."""

@@ -94,7 +94,9 @@ def tool_meshes(pose: ToolPose, tool: ToolSpecification) -> Mapping[str, Mesh]:
 
 @lru_cache(maxsize=1)
 def _unit_cylinder() -> Mesh:
-    return _prism([(math.cos(turn) / 2, math.sin(turn) / 2) for turn in np.arange(_SIDES) * 2 * np.pi / _SIDES])
+    return _prism(
+        [(math.cos(turn) / 2, math.sin(turn) / 2) for turn in np.arange(_SIDES) * 2 * np.pi / _SIDES]
+    )
 
 
 @lru_cache(maxsize=1)

@@ -15,6 +15,7 @@ _BUTTON_TEXTS = {
     "open_file": "Open",
     "navigate_mode": "Navigate",
     "place_mode": "Place",
+    "pose_mode": "Pose",
     "next_unplaced": "Next unplaced",
     "mark_done": "Done",
 }

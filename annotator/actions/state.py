@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from annotations.documents.annotation import KeypointAnnotation
+from annotations.documents.annotation import Part
 from annotator.actions.action import When
-from annotator.actions.table import KEYPOINT_KEYS
+from annotator.actions.annotate_table import KEYPOINT_KEYS
 from annotator.session import Session
 from annotator.settings import RECENT_FILES
 
@@ -36,11 +36,11 @@ def state_of(session: Session, recent_paths: tuple[Path, ...]) -> ActionState:
     return ActionState(frozenset(_met(session)), frozenset(_checked(session)), texts)
 
 
-def _active(session: Session) -> KeypointAnnotation | None:
-    name = session.view.active_keypoint
+def _active(session: Session) -> Part | None:
+    name = session.view.active_part
     if session.document is None or name is None:
         return None
-    return next((keypoint for keypoint in session.document.keypoints if keypoint.name == name), None)
+    return next((part for part in session.document.parts if part.name == name), None)
 
 
 def _met(session: Session) -> Iterator[When]:
@@ -52,10 +52,13 @@ def _met(session: Session) -> Iterator[When]:
     active = _active(session)
     if active is not None:
         yield "active"
-        if active.position_um is not None:
+        if active.anchor_um is not None:
             yield "positioned"
-    preview = session.view.preview
-    if preview is not None:
+            if session.active_box() is not None:
+                yield "box"
+    yield from _met_by_body(session)
+    view = session.view
+    if view.preview is not None or view.draft is not None or view.refinement is not None:
         yield "preview"
     if session.undo_stack.canUndo():
         yield "undo"
@@ -71,12 +74,31 @@ def _met(session: Session) -> Iterator[When]:
         yield "jobs"
 
 
+def _met_by_body(session: Session) -> Iterator[When]:
+    if session.document is None:
+        return
+    posing = session.view.mode == "pose"
+    if posing:
+        yield "posing"
+    if posing or session.active_box() is not None:
+        yield "turnable"
+    if any(part.anchor_um is not None for part in session.document.parts):
+        yield "positions"
+        fit = session.tool_fit
+        if fit is not None and fit.alternatives:
+            yield "alternatives"
+
+
 def _checked(session: Session) -> Iterator[str]:
     view = session.view
-    yield "place_mode" if view.mode == "place" else "navigate_mode"
+    yield f"{view.mode}_mode"
+    if session.document is not None:
+        yield f"method_{session.document.method}"
+    if view.active_part in view.free_links:
+        yield "free_cross_section"
     active = _active(session)
     if active is not None and session.document is not None:
-        names = [keypoint.name for keypoint in session.document.keypoints]
+        names = [part.name for part in session.document.parts]
         yield f"keypoint_{names.index(active.name) + 1}"
         yield f"state_{active.state}"
         if active.certainty == "unsure":
@@ -98,12 +120,13 @@ def _checked(session: Session) -> Iterator[str]:
 
 
 def _keypoint_texts(session: Session) -> Iterator[tuple[str, str]]:
-    keypoints = session.tool.keypoints if session.tool is not None else ()
+    labels = {keypoint.name: keypoint.label for keypoint in session.tool.keypoints} if session.tool else {}
+    names = [part.name for part in session.document.parts] if session.document else list(labels)
     for number in range(1, KEYPOINT_KEYS + 1):
         text = ""
-        if number <= len(keypoints):
-            keypoint = keypoints[number - 1]
-            text = f"{keypoint.name} – {keypoint.label}" if keypoint.label else keypoint.name
+        if number <= len(names):
+            name = names[number - 1]
+            text = f"{name} – {labels[name]}" if labels.get(name) else name
         yield f"keypoint_{number}", text
 
 

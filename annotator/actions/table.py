@@ -7,16 +7,17 @@ of the mouse's gestures; ``python -m annotator.actions.table`` prints the last o
 from itertools import groupby
 
 from annotator.actions.action import Action
+from annotator.actions.annotate_table import ANNOTATE_ACTIONS
 from annotator.actions.mouse_gestures import GESTURES
+from annotator.actions.tools_table import TOOLS_ACTIONS
 from annotator.actions.view_table import VIEW_ACTIONS
 from annotator.settings import RECENT_FILES
 
-MENUS = ("File", "Edit", "Annotate", "View", "Go", "Help")
-KEYPOINT_KEYS = 9
+MENUS = ("File", "Edit", "Annotate", "Tools", "View", "Go", "Help")
 
 TOOL_BAR: tuple[tuple[str, ...], ...] = (
     ("open_file", "save"),
-    ("navigate_mode", "place_mode"),
+    ("navigate_mode", "place_mode", "pose_mode"),
     ("undo", "redo"),
     ("next_unplaced", "mark_done"),
     ("previous_volume", "next_volume"),
@@ -112,181 +113,6 @@ _EDIT = (
     ),
 )
 
-_MOVES = (
-    ("left", "Left", "Left"),
-    ("right", "Right", "Right"),
-    ("up", "Up", "Up"),
-    ("down", "Down", "Down"),
-    ("before", "One Plane Back", "PgUp"),
-    ("behind", "One Plane On", "PgDown"),
-)
-_MOVE_HELP = (
-    "in the slice used last: the active keypoint in place mode, the crosshair (and no annotation) otherwise."
-)
-
-_ANNOTATE = (
-    Action(
-        "navigate_mode",
-        "Navigate",
-        "Annotate",
-        ("Esc",),
-        "No click moves an annotation. First drops a preview, then leaves place mode.",
-        checkable=True,
-    ),
-    Action(
-        "place_mode",
-        "Place Keypoints",
-        "Annotate",
-        ("P",),
-        "A click places the active keypoint, a drag moves a keypoint.",
-        "document",
-        checkable=True,
-    ),
-    Action(
-        "keep_preview",
-        "Keep Proposed Position",
-        "Annotate",
-        ("Return", "Enter"),
-        "Keep the position that a click in the scene proposed.",
-        "preview",
-    ),
-    Action(
-        "next_unplaced",
-        "Next Unplaced Keypoint",
-        "Annotate",
-        ("N",),
-        "Make the next keypoint without a position the active one.",
-        "document",
-        separated=True,
-    ),
-    *(
-        Action(
-            f"keypoint_{number}",
-            f"Keypoint {number}",
-            "Annotate/Keypoint",
-            (str(number),),
-            "Make this keypoint the active one, and go to it.",
-            "document",
-            checkable=True,
-        )
-        for number in range(1, KEYPOINT_KEYS + 1)
-    ),
-    Action(
-        "go_to_keypoint",
-        "Go to Active Keypoint",
-        "Annotate",
-        ("G",),
-        "Bring the crosshair and the slices to the active keypoint.",
-        "positioned",
-    ),
-    *(
-        Action(
-            f"move_{name}",
-            text,
-            "Annotate/Move by a Voxel",
-            (key,),
-            f"Move by one voxel {_MOVE_HELP}",
-            "volume",
-            repeats=True,
-        )
-        for name, text, key in _MOVES
-    ),
-    *(
-        Action(
-            f"move_{name}_ten",
-            f"{text} by Ten" if number < 4 else text.replace("One Plane", "Ten Planes"),
-            "Annotate/Move by a Voxel",
-            (f"Shift+{key}",),
-            f"Move by ten voxels {_MOVE_HELP}",
-            "volume",
-            separated=number == 0,
-            repeats=True,
-        )
-        for number, (name, text, key) in enumerate(_MOVES)
-    ),
-    Action(
-        "snap_maximum",
-        "Snap to Brightest Point",
-        "Annotate",
-        ("M",),
-        "Move the active keypoint to the brightest point near it.",
-        "positioned",
-        separated=True,
-    ),
-    Action(
-        "snap_edge",
-        "Snap to Edge",
-        "Annotate",
-        ("E",),
-        "Move the active keypoint to the strongest edge near it.",
-        "positioned",
-    ),
-    Action(
-        "state_placed",
-        "Placed",
-        "Annotate/State",
-        ("S",),
-        "The active keypoint is seen where it stands.",
-        "positioned",
-        checkable=True,
-    ),
-    Action(
-        "state_occluded",
-        "Occluded",
-        "Annotate/State",
-        ("O",),
-        "The active keypoint is hidden by something: its position is inferred.",
-        "positioned",
-        checkable=True,
-    ),
-    Action(
-        "state_out_of_view",
-        "Out of View",
-        "Annotate/State",
-        ("V",),
-        "The active keypoint lies outside what was scanned.",
-        "positioned",
-        checkable=True,
-    ),
-    Action(
-        "clear",
-        "Unplaced (Clear)",
-        "Annotate/State",
-        ("Del", "Backspace"),
-        "Remove the active keypoint's position.",
-        "positioned",
-        separated=True,
-    ),
-    Action(
-        "unsure",
-        "Unsure",
-        "Annotate",
-        ("U",),
-        "Say that the active keypoint's position is uncertain.",
-        "positioned",
-        checkable=True,
-    ),
-    Action(
-        "lock",
-        "Locked",
-        "Annotate",
-        ("L",),
-        "Protect the active keypoint from every change.",
-        "active",
-        checkable=True,
-    ),
-    Action(
-        "mark_done",
-        "Done",
-        "Annotate",
-        ("Ctrl+D",),
-        "Say that this volume is finished; it stays editable.",
-        "document",
-        checkable=True,
-        separated=True,
-    ),
-)
-
 _GO = (
     Action(
         "previous_volume",
@@ -323,7 +149,7 @@ _HELP = (
     Action("about", "About", "Help", ("Shift+F1",), "Versions, licence and folders.", separated=True),
 )
 
-ACTIONS: tuple[Action, ...] = _FILE + _EDIT + _ANNOTATE + VIEW_ACTIONS + _GO + _HELP
+ACTIONS: tuple[Action, ...] = _FILE + _EDIT + ANNOTATE_ACTIONS + TOOLS_ACTIONS + VIEW_ACTIONS + _GO + _HELP
 
 
 def sheet_rows() -> tuple[tuple[str, str, str], ...]:

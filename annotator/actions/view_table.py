@@ -18,6 +18,7 @@ LAYER_TITLES: dict[Layer, str] = {
     "scale_bar": "Scale Bars",
     "names": "Keypoint Names",
     "links": "Links",
+    "ghost": "Fitted Tool (Ghost)",
     "crosshair": "Crosshair",
 }
 _LAYER_KEYS: dict[Layer, str] = {
@@ -27,6 +28,7 @@ _LAYER_KEYS: dict[Layer, str] = {
     "scale_bar": "Shift+B",
     "names": "Shift+N",
     "links": "Shift+L",
+    "ghost": "Shift+G",
     "crosshair": "Shift+C",
 }
 

@@ -275,7 +275,7 @@ class KeypointsModel(QAbstractTableModel):
     def _font(self, keypoint: KeypointAnnotation, column: Column) -> QFont | None:
         view = self._session.view
         font = QFont()
-        font.setBold(column == Column.KEYPOINT and keypoint.name == view.active_keypoint)
+        font.setBold(column == Column.KEYPOINT and keypoint.name == view.active_part)
         font.setItalic(
             column in (*COORDINATES, Column.SOURCE)
             and view.preview is not None
@@ -347,8 +347,8 @@ class KeypointsModel(QAbstractTableModel):
     @Slot(object, object)
     def _on_session_view_changed(self, before: View, after: View) -> None:
         touched: set[str | None] = set()
-        if before.active_keypoint != after.active_keypoint:
-            touched |= {before.active_keypoint, after.active_keypoint}
+        if before.active_part != after.active_part:
+            touched |= {before.active_part, after.active_part}
         if before.preview != after.preview:
             touched |= {
                 preview.keypoint for preview in (before.preview, after.preview) if preview is not None

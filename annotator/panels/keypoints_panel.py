@@ -203,7 +203,7 @@ class KeypointsPanel(QWidget):
 
     @Slot(QModelIndex, QModelIndex)
     def _on_table_current_row_changed(self, current: QModelIndex, previous: QModelIndex) -> None:
-        if current.isValid() and self._model.name(current.row()) != self._session.view.active_keypoint:
+        if current.isValid() and self._model.name(current.row()) != self._session.view.active_part:
             self._session.activate(self._model.name(current.row()), jump=True)
 
     @Slot(object)
@@ -225,7 +225,7 @@ class KeypointsPanel(QWidget):
 
     @Slot(object, object)
     def _on_session_view_changed(self, before: View, after: View) -> None:
-        if before.active_keypoint != after.active_keypoint:
+        if before.active_part != after.active_part:
             self._draw_selection()
 
     @Slot(object, object)
@@ -240,7 +240,7 @@ class KeypointsPanel(QWidget):
         self._draw_progress()
 
     def _draw_selection(self) -> None:
-        row = self._model.row(self._session.view.active_keypoint)
+        row = self._model.row(self._session.view.active_part)
         selection = self._table.selectionModel()
         if row is None:
             selection.clear()

@@ -84,7 +84,7 @@ class PositionEditor(QWidget):
 
     @Slot()
     def _on_box_value_changed(self) -> None:
-        name = self._session.view.active_keypoint
+        name = self._session.view.active_part
         position_um = self._shown_um()
         box = self.sender()
         spacing_um = self._session.spacing_um
@@ -139,13 +139,13 @@ class PositionEditor(QWidget):
 
     def _shown_um(self) -> Vector | None:
         """Where the active keypoint is; where the slices meet, as an offer, if it is not placed."""
-        name = self._session.view.active_keypoint
+        name = self._session.view.active_part
         if name is None or self._session.document is None:
             return None
         return self._session.shown_positions_um().get(name, self._session.view.crosshair_um)
 
     def _draw(self, *, over_typing: bool = False) -> None:
-        name, spacing_um = self._session.view.active_keypoint, self._session.spacing_um
+        name, spacing_um = self._session.view.active_part, self._session.spacing_um
         position_um = self._shown_um()
         document = self._session.document
         usable = False

@@ -233,7 +233,7 @@ class SceneView(QWidget):
             level=session.level,
             view=session.view,
             tool=session.tool,
-            marks=keypoint_marks(session.document, session.tool, session.view),
+            marks=keypoint_marks(session.shown_document, session.tool, session.view),
         )
 
     def _picture(self) -> Picture:

@@ -4,16 +4,23 @@ from annotator.session import Session
 
 
 def is_active_locked(session: Session) -> bool:
-    """Say whether the active keypoint refuses every change."""
-    document, name = session.document, session.view.active_keypoint
-    return document is not None and any(
-        keypoint.name == name and keypoint.locked for keypoint in document.keypoints
-    )
+    """Say whether the active keypoint or box refuses every change."""
+    document, name = session.document, session.view.active_part
+    return document is not None and any(part.name == name and part.locked for part in document.parts)
 
 
 def click_meaning(session: Session) -> str:
     """Return what a click places, or why it places nothing; empty while clicks change no annotation."""
-    if session.view.mode != "place" or session.document is None:
+    document, view = session.document, session.view
+    if view.mode == "navigate" or document is None:
         return ""
-    name = session.view.active_keypoint or "—"
-    return f"{name} is locked" if is_active_locked(session) else f"place {name}"
+    if view.mode == "pose":
+        return "move the tool"
+    name = view.active_part or "—"
+    if is_active_locked(session):
+        return f"{name} is locked"
+    if document.method == "keypoints":
+        return f"place {name}"
+    if view.active_part in document.placed_boxes:
+        return f"adjust {name}"
+    return f"{'tip' if view.first_end_um else 'base'} of {name}"

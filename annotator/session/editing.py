@@ -1,4 +1,4 @@
-"""The session's editing: choosing a keypoint, placing and moving it, and saying more about it."""
+"""The session's editing: choosing a part, placing and moving keypoints, and saying more about a part."""
 
 from dataclasses import replace
 from typing import Literal
@@ -13,12 +13,16 @@ from annotations.volumes import Ray, intensity_window
 from annotator.session import placing
 from annotator.session.options import SessionOptions
 from annotator.session.pick_refiner import PickRefiner
-from annotator.session.state import SessionState
+from annotator.session.tool_body import SessionBody
 from annotator.session.view import Layer, Mode, Preview
 
 
-class SessionEditing(SessionState):
-    """Every edit of the open document: one pure edit and one undo command each; refusals come as messages."""
+class SessionEditing(SessionBody):
+    """Edits of keypoints, and what keypoints and boxes have in common; refusals come as messages.
+
+    Each edit is pure and one undo command. `SessionBoxes` adds those of boxes, `SessionPosing` those of the tool
+    as a whole.
+    """
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
         super().__init__(options, parent)
@@ -27,27 +31,38 @@ class SessionEditing(SessionState):
         self._refiner.snapped.connect(self._on_refiner_snapped)
         self._refiner.failed.connect(self._raise_error)
 
-    def activate(self, keypoint: str | None, *, jump: bool = False) -> None:
-        """Choose the keypoint that the next click places; ``jump`` brings the crosshair to it."""
-        position_um = self.shown_positions_um().get(keypoint or "")
-        changes: dict[str, object] = {"active_keypoint": keypoint}
+    def activate(self, name: str | None, *, jump: bool = False) -> None:
+        """Choose the keypoint or the link that the next click places; ``jump`` brings the crosshair to it.
+
+        In a document of boxes the name of a keypoint stands for the link that it ends.
+        """
+        document, tool = self._document, self.tool
+        position_um = self.shown_positions_um().get(name or "")
+        if document is not None and tool is not None and name is not None and document.method == "boxes":
+            link = tool.link_of(name)
+            name = link.name if link is not None else name
+        if document is not None and position_um is None:
+            position_um = next((part.anchor_um for part in document.parts if part.name == name), None)
+        changes: dict[str, object] = {"active_part": name}
         preview = self._view.preview
-        if preview is not None and preview.keypoint != keypoint:
+        if preview is not None and preview.keypoint != name:
             changes["preview"] = None
+        if name != self._view.active_part:
+            changes |= {"draft": None, "first_end_um": None}
         if jump and position_um is not None:
             changes["crosshair_um"] = position_um
         self.look(**changes)
 
     def activate_next_unplaced(self) -> None:
-        """Choose the next keypoint without a position, counted from the active one."""
+        """Choose the next keypoint or box without a place, counted from the active one."""
         if (name := self._next_unplaced()) is not None:
             self.activate(name)
         elif self._document is not None:
-            self.message_posted.emit("All keypoints are placed")
+            self.message_posted.emit(f"All {self._document.method} are placed")
 
     def set_mode(self, mode: Mode) -> None:
-        """Say whether clicks place keypoints."""
-        self.look(mode=mode, preview=None)
+        """Say whether clicks place parts, or handles move the tool as a whole, or neither."""
+        self.look(mode=mode, preview=None, draft=None, first_end_um=None)
 
     def auto_window(self) -> None:
         """Use the window that suits what the volume holds."""
@@ -62,7 +77,7 @@ class SessionEditing(SessionState):
 
     def place(self, position_um: Vector, source: Source = "clicked", keypoint: str | None = None) -> None:
         """Give a keypoint, by default the active one, a position; then the next unplaced one is active."""
-        name = keypoint or self._view.active_keypoint
+        name = keypoint or self._view.active_part
         if name is None or self._document is None:
             self.message_posted.emit("Choose a keypoint first: a number key, or its row in the table")
             return
@@ -73,7 +88,7 @@ class SessionEditing(SessionState):
         )
         self.look(preview=None, crosshair_um=vector(position_um) if placed else self._view.crosshair_um)
         following = self._next_unplaced()
-        if placed and fresh and name == self._view.active_keypoint and following is not None:
+        if placed and fresh and name == self._view.active_part and following is not None:
             self.activate(following)
 
     def begin_preview(self, keypoint: str, position_um: Vector, source: Source) -> None:
@@ -83,7 +98,7 @@ class SessionEditing(SessionState):
         if self._document.keypoint(keypoint).locked:
             self._refuse(EditRefused(f"keypoint {keypoint} is locked", remedy="Unlock it to move it"))
             return
-        self.look(preview=Preview(keypoint, vector(position_um), source), active_keypoint=keypoint)
+        self.look(preview=Preview(keypoint, vector(position_um), source), active_part=keypoint)
 
     def keep_preview(self) -> None:
         """Put the previewed position into the document: one edit."""
@@ -97,17 +112,13 @@ class SessionEditing(SessionState):
             self.type_position(preview.keypoint, preview.position_um)
 
     def drop_preview(self) -> None:
-        """Forget the previewed position; nothing has changed."""
-        self.look(preview=None)
+        """Forget what is on its way; nothing has changed."""
+        self.look(preview=None, draft=None, first_end_um=None, refinement=None)
 
     def pick_ray(self, ray: Ray) -> None:
         """Take a click in the scene: propose a depth, or settle the proposed one by a second ray."""
-        name = self._view.active_keypoint
-        if name is None or self._document is None or self.level is None:
-            self.message_posted.emit("Choose a keypoint first: a number key, or its row in the table")
-            return
-        if self._document.keypoint(name).locked:
-            self._refuse(EditRefused(f"keypoint {name} is locked", remedy="Unlock it to move it"))
+        name = self.keypoint_to_place()
+        if name is None or self.level is None:
             return
         preview = self._view.preview
         if preview is not None and preview.keypoint == name and preview.ray is not None:
@@ -123,6 +134,17 @@ class SessionEditing(SessionState):
         self.look(preview=Preview(name, position_um, "clicked", ray), crosshair_um=position_um)
         self._refine(position_um, ray)
 
+    def keypoint_to_place(self) -> str | None:
+        """Return the keypoint that a click places; None where it places nothing, and a message says why."""
+        name = self._view.active_part
+        if name is None or self._document is None:
+            self.message_posted.emit("Choose a keypoint first: a number key, or its row in the table")
+            return None
+        if self._document.part(name).locked:
+            self._refuse(EditRefused(f"keypoint {name} is locked", remedy="Unlock it to move it"))
+            return None
+        return name
+
     def look_along_ray(self, ray: Ray) -> None:
         """Bring the crosshair to what a click in the scene meets; no keypoint moves."""
         if self.level is not None:
@@ -132,7 +154,7 @@ class SessionEditing(SessionState):
 
     def nudge(self, axis: int, voxels: int) -> None:
         """Move the active keypoint along an axis by whole voxels."""
-        name = self._view.active_keypoint
+        name = self._view.active_part
         if name is None or self._document is None or self.spacing_um is None:
             return
         position_um = self.shown_positions_um().get(name)
@@ -156,50 +178,48 @@ class SessionEditing(SessionState):
         if self._edit(
             f"Type {keypoint}", lambda document: edits.place_keypoint(document, keypoint, typed_um, "typed")
         ):
-            self.look(preview=None, active_keypoint=keypoint, crosshair_um=typed_um)
+            self.look(preview=None, active_part=keypoint, crosshair_um=typed_um)
 
     def snap(self, to: Literal["maximum", "edge"]) -> None:
         """Move the active keypoint to the brightest voxel or strongest edge near it, once it is found."""
-        name = self._view.active_keypoint
+        name = self._view.active_part
         position_um = self._document.positions_um.get(name or "") if self._document else None
         if name is None or position_um is None or self.volume is None or self.spacing_um is None:
-            self.message_posted.emit("Place the keypoint before snapping it")
+            self.message_posted.emit("Place a keypoint before snapping it; boxes do not snap")
             return
         self._refiner.snap(self.volume, self.spacing_um, name, position_um, to)
 
-    # Saying more about a keypoint
+    # Saying more about a keypoint or a box
 
-    def set_state(self, keypoint: str, state: State) -> None:
-        """Say how a keypoint is seen."""
+    def set_state(self, name: str, state: State) -> None:
+        """Say how a part is seen."""
         words = state.replace("_", " ")
-        self._edit(f"Mark {keypoint} {words}", lambda document: edits.set_state(document, keypoint, state))
+        self._edit(f"Mark {name} {words}", lambda document: edits.set_state(document, name, state))
 
-    def set_certainty(self, keypoint: str, certainty: Certainty) -> None:
-        """Say whether the annotator is sure of a keypoint."""
+    def set_certainty(self, name: str, certainty: Certainty) -> None:
+        """Say whether the annotator is sure of a part."""
         self._edit(
-            f"Mark {keypoint} {certainty}",
-            lambda document: edits.set_certainty(document, keypoint, certainty),
+            f"Mark {name} {certainty}", lambda document: edits.set_certainty(document, name, certainty)
         )
 
-    def set_locked(self, keypoint: str, locked: bool) -> None:
-        """Protect a keypoint from changes, or release it."""
+    def set_locked(self, name: str, locked: bool) -> None:
+        """Protect a part from changes, or release it."""
         self._edit(
-            f"{'Lock' if locked else 'Unlock'} {keypoint}",
-            lambda document: edits.lock(document, keypoint, locked),
+            f"{'Lock' if locked else 'Unlock'} {name}", lambda document: edits.lock(document, name, locked)
         )
 
-    def clear(self, keypoint: str) -> None:
-        """Remove a keypoint's position."""
-        self._edit(f"Clear {keypoint}", lambda document: edits.clear(document, keypoint))
+    def clear(self, name: str) -> None:
+        """Take a part away."""
+        self._edit(f"Clear {name}", lambda document: edits.clear(document, name))
 
     def _next_unplaced(self) -> str | None:
         if self._document is None:
             return None
-        names = [keypoint.name for keypoint in self._document.keypoints]
-        active = self._view.active_keypoint
+        parts = self._document.parts
+        names = [part.name for part in parts]
+        active = self._view.active_part
         begin = names.index(active) + 1 if active in names else 0
-        placed = self._document.positions_um
-        return next((name for name in names[begin:] + names[:begin] if name not in placed), None)
+        return next((part.name for part in parts[begin:] + parts[:begin] if part.anchor_um is None), None)
 
     def _refine(self, position_um: Vector, ray: Ray) -> None:
         if self.volume is not None and self.spacing_um is not None and self.level is not None:

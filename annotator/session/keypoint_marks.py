@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from annotations.documents.annotation import Annotation, State
+from annotations.documents.representations import keypoints_of
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotator.session.view import View
@@ -47,11 +48,18 @@ class KeypointMark:
 def keypoint_marks(
     document: Annotation | None, tool: ToolSpecification | None, view: View
 ) -> tuple[KeypointMark, ...]:
-    """Return the marks of all keypoints that have a position or a preview, in the document's order."""
+    """Return the marks of all keypoints that have a position or a preview, in the tool's order.
+
+    Those of a document of boxes are the ends of the boxes. ``document`` is the shown one, drafts included.
+    """
     marks = []
-    for keypoint in document.keypoints if document else ():
+    begun = tool.link(view.active_part).base if tool and view.active_part and view.first_end_um else None
+    keypoints = () if document is None else keypoints_of(document, tool) if tool else document.keypoints
+    for keypoint in keypoints:
         preview = view.preview if view.preview and view.preview.keypoint == keypoint.name else None
         position_um = preview.position_um if preview else keypoint.position_um
+        if keypoint.name == begun:
+            position_um = view.first_end_um
         if position_um is None:
             continue
         link = tool.link_of(keypoint.name) if tool else None
@@ -63,8 +71,8 @@ def keypoint_marks(
                 state=keypoint.state,
                 unsure=keypoint.certainty == "unsure",
                 locked=keypoint.locked,
-                active=keypoint.name == view.active_keypoint,
-                preview=preview is not None,
+                active=keypoint.name == view.active_part,
+                preview=preview is not None or keypoint.name == begun,
             )
         )
     return tuple(marks)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from annotations.documents.annotation import Annotation, KeypointAnnotation, changed, new_annotation
+from annotations.documents.annotation import Annotation, changed, new_annotation, with_all_parts
 from annotations.documents.files import (
     DocumentError,
     FileIdentity,
@@ -166,8 +166,8 @@ def _before_recovery(recovery: Recovery, tool: ToolSpecification) -> tuple[Annot
     with contextlib.suppress(UserError):
         saved, _ = load_annotation(recovery.annotation_path)
         return completed(saved, tool), recovery.expected
-    blank = tuple(KeypointAnnotation(name=name) for name in tool.keypoint_names)
-    return changed(recovery.document, keypoints=blank, boxes=(), status="in_progress"), recovery.expected
+    blank = changed(recovery.document, keypoints=(), boxes=(), status="in_progress")
+    return with_all_parts(blank, tool), recovery.expected
 
 
 def known_spacing(
@@ -215,7 +215,7 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
         reference_to(found.volume, spacing_um, found.item.annotation_path, found.fingerprint),
         found.tool,
         found.request.worklist.annotator,
-        "keypoints",
+        found.request.worklist.method,
         ships=ships(found.tool),
     )
     level = strided_preview(found.volume, spacing_um)

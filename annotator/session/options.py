@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from annotations.app_folders import cache_folder, state_folder, tool_folder
+from annotations.documents.annotation import Method
 from annotations.geometry.frames import Vector
 from annotator.session.spacing_answer import SpacingAnswer
 
@@ -27,6 +28,8 @@ class SessionOptions:
         Names the folder of this person's annotations.
     tool_name : str
         The tool of volumes that belong to no study.
+    method : str
+        How volumes are annotated where their study does not say it: by ``keypoints`` or ``boxes``.
     spacing_override_um : (float, float, float) or None
         Said when the program was started, and so before what files say; an annotation keeps its own.
     autosave_s : float
@@ -40,6 +43,7 @@ class SessionOptions:
 
     annotator_name: str
     tool_name: str = "magnetic-forceps"
+    method: Method = "keypoints"
     spacing_override_um: Vector | None = None
     autosave_s: float = 5.0
     cache_limit_bytes: int = 2 * 1024**3

@@ -1,29 +1,43 @@
-"""The session: opens, saves and recovers what `SessionEditing` edits and `SessionState` announces."""
+"""The session: opens, saves and recovers what `SessionPosing` edits and `SessionState` announces."""
 
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QObject
 
 from annotations.documents import edits
-from annotations.documents.annotation import Status
+from annotations.documents.annotation import Method, Status
 from annotations.documents.files import ChangedOnDisk, file_identity
 from annotations.documents.recovery import Recovery, discard, find_recoveries
 from annotations.durable_files import SaveError
+from annotations.errors import UserError
+from annotations.geometry.box_conversion import RollUnknown
 from annotations.geometry.frames import vector
+from annotator.session.deriving import write_derived
 from annotator.session.document_file import DocumentFile
-from annotator.session.editing import SessionEditing
 from annotator.session.jobs import Job, Result
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
+from annotator.session.posing import SessionPosing
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.view import View
 from annotator.session.volume_opener import VolumeOpener
 from annotator.session.worklist import Worklist, read_worklist, worklist_with
 
 
-class Session(SessionEditing):
+_NOTHING_ON_ITS_WAY: dict[str, Any] = {
+    "preview": None,
+    "draft": None,
+    "first_end_um": None,
+    "free_links": frozenset(),
+    "pose": None,
+    "refinement": None,
+}
+
+
+class Session(SessionPosing):
     """Everything that is open in one window, and the only way to change it; signals: see `SessionState`."""
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
@@ -47,8 +61,8 @@ class Session(SessionEditing):
 
     def open_path(self, path: Path) -> None:
         """Open a study, an annotation, a folder of volumes or a volume; errors come as ``error_raised``."""
-        annotator = self._options.annotator_name
-        self._look_at(path, lambda: read_worklist(path, annotator), self._on_worklist_read)
+        annotator, method = self._options.annotator_name, self._options.method
+        self._look_at(path, lambda: read_worklist(path, annotator, method), self._on_worklist_read)
 
     def open_item(self, index: int) -> None:
         """Save what is open and open another item; what is open stays until the other one is ready."""
@@ -80,14 +94,52 @@ class Session(SessionEditing):
         index = self._current_index
         if self._document is None or index is None or self._document.tool == name:
             return
-        if self._document.positions_um or self.unsaved:
+        if self.unsaved or any(part.anchor_um is not None for part in self._document.parts):
             self.message_posted.emit(
-                f"This annotation stays with {self._document.tool}: keypoints are placed"
+                f"This annotation stays with {self._document.tool}: {self._document.method} are placed"
             )
         elif self._file is not None and self._file.path.exists():
             self.message_posted.emit(f"The annotation on disk stays with {self._document.tool}")
         else:
             self.open_item(index)
+
+    def set_method(self, method: Method) -> None:
+        """Annotate by keypoints or by boxes: what is open is saved, and the volume's other file is opened."""
+        if method not in self._worklist.methods:
+            self.message_posted.emit(f"This study is annotated by {' and '.join(self._worklist.methods)}")
+            return
+        self._options = replace(self._options, method=method)
+        worklist, index = self._worklist, self._current_index
+        if worklist.method == method:
+            return
+        if index is None:
+            self._set_worklist(worklist.with_method(method), None)
+            return
+        self._look_at(
+            worklist.path, lambda: worklist.with_method(method), lambda found: self._open(found, index)
+        )
+
+    def derive(self, roll_deg: float | None = None) -> None:
+        """Make a new, marked document of the other method from the open one, and open it; this one stays.
+
+        ``roll_requested`` comes where the keypoints do not show the roll of the boxes: answer with the roll.
+        """
+        document, tool, original = self._document, self.tool, self.annotation_path
+        if document is None or tool is None or original is None or not self._is_saved():
+            return
+        method: Method = "boxes" if document.method == "keypoints" else "keypoints"
+        if method not in self._worklist.methods:
+            self.message_posted.emit(f"This study is annotated by {document.method} alone")
+            return
+        try:
+            derived_path = write_derived(document, tool, original, method, roll_deg)
+        except RollUnknown as error:
+            self.roll_requested.emit(error)
+        except UserError as error:
+            self.error_raised.emit(error)
+        else:
+            self.set_method(method)
+            self.message_posted.emit(f"{derived_path.name} was derived from {original.name}, which stays")
 
     def set_annotator_name(self, name: str) -> None:
         """Annotate as another person: what is open is saved, and the list is read anew for that person."""
@@ -173,8 +225,7 @@ class Session(SessionEditing):
         if not self._edit(f"Mark as {words}", lambda document: edits.set_status(document, status)):
             return
         if self.save() and status == "done" and self._document is not None:
-            placed = self._document.positions_um
-            missing = [keypoint.name for keypoint in self._document.keypoints if keypoint.name not in placed]
+            missing = [part.name for part in self._document.parts if part.anchor_um is None]
             self.message_posted.emit(
                 f"Done, though {', '.join(missing)} have no position" if missing else "Done and saved"
             )
@@ -256,7 +307,7 @@ class Session(SessionEditing):
         self._file = None
         if opened is None:
             self._document = None
-            self._view = replace(before_view, active_keypoint=None, preview=None, cropping_um=None)
+            self._view = replace(before_view, active_part=None, cropping_um=None, **_NOTHING_ON_ITS_WAY)
         else:
             item = opened.found.item
             self._document = opened.document
@@ -277,8 +328,8 @@ class Session(SessionEditing):
         self.save_state_changed.emit()
 
     def _first_view(self, opened: Opened) -> View:
-        keypoints = opened.document.keypoints
-        unplaced = (keypoint.name for keypoint in keypoints if keypoint.state == "unplaced")
+        parts = opened.document.parts
+        unplaced = (part.name for part in parts if part.state == "unplaced")
         shape = opened.found.volume.shape
         middle_um = vector(
             [(size - 1) // 2 * step for size, step in zip(shape, opened.spacing_um, strict=True)]
@@ -286,12 +337,12 @@ class Session(SessionEditing):
         return replace(
             self._view,
             crosshair_um=middle_um,
-            active_keypoint=next(unplaced, keypoints[0].name),
-            preview=None,
+            active_part=next(unplaced, parts[0].name if parts else None),
             window=opened.window,
             opacity_threshold=opened.opacity_threshold,
             cropping_um=None,
             detail=False,
+            **_NOTHING_ON_ITS_WAY,
         )
 
     def _on_recoveries_found(self, recoveries: tuple[Recovery, ...]) -> None:

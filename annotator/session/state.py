@@ -7,8 +7,10 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoStack
 
-from annotations.documents.annotation import Annotation
+from annotations.documents import edits
+from annotations.documents.annotation import Annotation, Method
 from annotations.documents.edits import EditRefused
+from annotations.documents.representations import keypoint_positions_um
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
@@ -22,7 +24,7 @@ from annotator.session.jobs import Jobs
 from annotator.session.level_loader import LevelLoader
 from annotator.session.opening import Opened
 from annotator.session.options import SessionOptions
-from annotator.session.view import View
+from annotator.session.view import Draft, Preview, View
 from annotator.session.worklist import WorkItem, Worklist
 
 
@@ -60,6 +62,8 @@ class SessionState(QObject):
         See `VolumeOpener`; answer with `provide_spacing`, `provide_dataset` or `decline_opening`.
     recovery_requested : tuple of Recovery
         Left by a program that died: answer each with `recover` or `discard_recovery`.
+    roll_requested : RollUnknown
+        The keypoints do not show the roll of the boxes to be derived: answer with `Session.derive`.
     overwrite_requested : str
         Another program changed the file: answer with ``save(overwrite=True)``, `reload` or `save_as`.
     """
@@ -75,6 +79,7 @@ class SessionState(QObject):
     spacing_requested = Signal(object, object)
     dataset_requested = Signal(object, object)
     recovery_requested = Signal(object)
+    roll_requested = Signal(object)
     overwrite_requested = Signal(str)
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
@@ -87,6 +92,8 @@ class SessionState(QObject):
         self._view = View()
         self._averaged: Level | None = None
         self._detail: Level | None = None
+        self._shown: Annotation | None = None
+        self._shown_key: tuple[Annotation | None, Draft | None, Preview | None] | None = None
         self._file: DocumentFile | None = None
         self.jobs = Jobs(self)
         self.undo_stack = QUndoStack(self)
@@ -158,6 +165,11 @@ class SessionState(QObject):
         return self._detail if self._view.detail and self._detail is not None else self.slice_level
 
     @property
+    def method(self) -> Method:
+        """How the items are annotated: by keypoints or by boxes."""
+        return self._worklist.method
+
+    @property
     def annotator_name(self) -> str:
         """Whose annotations the items' files are."""
         return self._worklist.annotator
@@ -182,11 +194,24 @@ class SessionState(QObject):
         """Time spent at work on the open document, in seconds."""
         return self._file.active_seconds if self._file else 0.0
 
+    @property
+    def shown_document(self) -> Annotation | None:
+        """The document with what is on its way drawn in: a draft, or the preview of a keypoint."""
+        view = self._view
+        key = (self._document, view.draft, view.preview)
+        # By identity: comparing whole documents for each number that is drawn would take longer than drawing.
+        if self._shown_key is None or any(a is not b for a, b in zip(key, self._shown_key, strict=True)):
+            self._shown_key, self._shown = key, self._draw_in()
+        return self._shown
+
     def shown_positions_um(self) -> Mapping[str, Vector]:
-        """Return the document's positions in µm by keypoint, with the preview drawn in."""
-        positions = dict(self._document.positions_um) if self._document else {}
-        if self._view.preview is not None:
-            positions[self._view.preview.keypoint] = self._view.preview.position_um
+        """Return the positions in µm of the shown keypoints, by name; those of boxes are at their ends."""
+        document, tool, preview = self.shown_document, self.tool, self._view.preview
+        if document is None or tool is None:
+            return {}
+        positions = dict(keypoint_positions_um(document, tool))
+        if preview is not None:
+            positions[preview.keypoint] = preview.position_um
         return positions
 
     def tools(self) -> Mapping[str, ToolSpecification]:
@@ -217,8 +242,19 @@ class SessionState(QObject):
         if before.detail != wanted.detail:
             self._detail = None
             self.levels_changed.emit()
-        if wanted.detail and (before.detail, before.active_keypoint) != (True, wanted.active_keypoint):
+        if wanted.detail and (before.detail, before.active_part) != (True, wanted.active_part):
             self._load_detail()
+
+    def _draw_in(self) -> Annotation | None:
+        document, draft, preview = self._document, self._view.draft, self._view.preview
+        if draft is not None:
+            return draft.document
+        if document is None or preview is None or document.method != "keypoints":
+            return document
+        try:
+            return edits.place_keypoint(document, preview.keypoint, preview.position_um, preview.source)
+        except EditRefused:
+            return document
 
     def _tool_folders(self, worklist: Worklist) -> tuple[Path, ...]:
         return (worklist.folder / "tools", self._options.user_tool_folder)
@@ -238,10 +274,15 @@ class SessionState(QObject):
 
     def _show_document(self, document: Annotation) -> None:
         before, self._document = self._document, document
+        # Whatever was on its way began from another document.
+        settled = replace(self._view, draft=None, refinement=None)
+        was, self._view = self._view, settled
         self._note_activity()
         # First on disk, then on the screen: whatever a view does next, the edit is safe.
         self._autosave.record(document)
         self.document_changed.emit(before, document)
+        if was != settled:
+            self.view_changed.emit(was, settled)
         self._refresh_item()
 
     def _refuse(self, error: EditRefused) -> None:
@@ -265,9 +306,7 @@ class SessionState(QObject):
 
     def _load_detail(self) -> None:
         if self.volume is not None and self.spacing_um is not None:
-            centre_um = self.shown_positions_um().get(
-                self._view.active_keypoint or "", self._view.crosshair_um
-            )
+            centre_um = self.shown_positions_um().get(self._view.active_part or "", self._view.crosshair_um)
             self._levels.load_detail(self.volume, self.spacing_um, centre_um)
 
     def _raise_error(self, error: Exception) -> None:

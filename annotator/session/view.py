@@ -1,23 +1,23 @@
 """What is looked at, and how: frozen, announced like the document, never undone, never saved with it."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
-from annotations.documents.annotation import Source
+from annotations.documents.annotation import Annotation, Source
+from annotations.fitting.refine import Refinement
 from annotations.geometry.frames import Vector
+from annotations.geometry.kinematics import ToolPose
 from annotations.volumes import Ray
 
-Mode = Literal["navigate", "place"]
+Mode = Literal["navigate", "place", "pose"]
 Rendering = Literal["volume", "mip"]
 Pane = Literal["scene", "slice0", "slice1", "slice2"]
 Preset = Literal["+x", "-x", "+y", "-y", "+z", "-z", "home"]
 """Directions of the scene's camera, in the order of their keys."""
 
-Layer = Literal["volume", "planes", "axes", "scale_bar", "names", "links", "crosshair"]
+Layer = Literal["volume", "planes", "axes", "scale_bar", "names", "links", "ghost", "crosshair"]
 
-ALL_LAYERS: frozenset[Layer] = frozenset(
-    ("volume", "planes", "axes", "scale_bar", "names", "links", "crosshair")
-)
+ALL_LAYERS: frozenset[Layer] = frozenset(get_args(Layer))
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,25 @@ class Preview:
 
 
 @dataclass(frozen=True)
+class Draft:
+    """The document as the drag, slider or key in hand would leave it; one edit once it is kept.
+
+    Attributes
+    ----------
+    document : Annotation
+    text : str
+        Names the edit in the menu.
+    pose : ToolPose or None
+        The tool's pose where it was that which was dragged: of a straight tool the document alone does not
+        tell the roll.
+    """
+
+    document: Annotation
+    text: str
+    pose: ToolPose | None = None
+
+
+@dataclass(frozen=True)
 class View:
     """How the open volume is looked at.
 
@@ -48,12 +67,23 @@ class View:
     ----------
     crosshair_um : (float, float, float)
         Where the three slices meet, µm in the volume's frame.
-    active_keypoint : str or None
-        What the next placing click places.
+    active_part : str or None
+        The keypoint, or the link whose box, is placed by the next click and moved by keys.
     mode : str
-        ``navigate``: no click moves an annotation. ``place``: a click places the active keypoint.
+        ``navigate``: no click moves an annotation. ``place``: a click places the active keypoint or an end of
+        the active box, and handles move that. ``pose``: handles move the tool as one body.
     preview : Preview or None
-        Drawn in place of the keypoint's position in the document.
+        Drawn in place of the keypoint's position in the document; an end of a box that is being placed, too.
+    draft : Draft or None
+        Drawn in place of the document.
+    first_end_um : (float, float, float) or None
+        The end of the active box that has been clicked, while the other one is waited for.
+    free_links : frozenset of str
+        Links whose box may change its cross-section.
+    pose : ToolPose or None
+        The pose in which a person last left the tool; counts as long as the document agrees with it.
+    refinement : Refinement or None
+        Proposed by the volume, and neither accepted nor rejected yet.
     window : (float, float)
         Intensities drawn darkest and brightest.
     opacity_threshold : float
@@ -73,9 +103,14 @@ class View:
     """
 
     crosshair_um: Vector = (0.0, 0.0, 0.0)
-    active_keypoint: str | None = None
+    active_part: str | None = None
     mode: Mode = "navigate"
     preview: Preview | None = None
+    draft: Draft | None = None
+    first_end_um: Vector | None = None
+    free_links: frozenset[str] = frozenset()
+    pose: ToolPose | None = None
+    refinement: Refinement | None = None
     window: tuple[float, float] = (0.0, 255.0)
     opacity_threshold: float = 0.0
     rendering: Rendering = "volume"

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from annotations.documents.annotation import Annotation
+from annotations.documents.annotation import Annotation, Method
+from annotations.documents.conversion import sibling_path
 from annotations.documents.files import load_annotation
 from annotations.documents.study import STUDY_FILE, annotation_path, load_study
 from annotations.documents.volume_link import referenced_path
@@ -58,6 +59,10 @@ class Worklist:
         The study's tool; None where the annotator chooses.
     folder : Path
         The study's folder or the folder of the volumes; its ``tools`` are looked into first.
+    method : str
+        How the volumes are annotated: by ``keypoints`` or ``boxes``, each in files of its own.
+    methods : tuple of str
+        Those that can be chosen: the study's, or both.
     """
 
     path: Path
@@ -67,6 +72,8 @@ class Worklist:
     annotator: str
     first: int = 0
     tool_name: str | None = None
+    method: Method = "keypoints"
+    methods: tuple[Method, ...] = ("keypoints", "boxes")
 
     @property
     def is_folder(self) -> bool:
@@ -77,8 +84,17 @@ class Worklist:
         """Return the list with one item replaced."""
         return replace(self, items=(*self.items[:index], item, *self.items[index + 1 :]))
 
+    def with_method(self, method: Method) -> "Worklist":
+        """Return the list of the same volumes with the files of another method; reads their status."""
+        if method == self.method:
+            return self
+        items = [
+            replace(item, annotation_path=sibling_path(item.annotation_path, method)) for item in self.items
+        ]
+        return replace(self, items=_with_status(items), method=method)
 
-def read_worklist(path: Path, annotator: str) -> Worklist:
+
+def read_worklist(path: Path, annotator: str, method: Method = "keypoints") -> Worklist:
     """Find out what a path offers to an annotator: a study, an annotation, a folder of volumes, or a volume.
 
     Raises
@@ -87,7 +103,7 @@ def read_worklist(path: Path, annotator: str) -> Worklist:
         The path is absent, or holds nothing that can be annotated.
     """
     try:
-        return _read(path.absolute(), annotator)
+        return _read(path.absolute(), annotator, method)
     except OSError as error:
         raise UserError(
             f"it could not be read ({error.strerror or error})",
@@ -96,14 +112,14 @@ def read_worklist(path: Path, annotator: str) -> Worklist:
         ) from error
 
 
-def _read(path: Path, annotator: str) -> Worklist:
+def _read(path: Path, annotator: str, method: Method) -> Worklist:
     if path.name == STUDY_FILE:
         path = path.parent
     if path.suffix == ".json" and path.is_file():
         return _of_annotation(path)
     volumes = volume_paths(path) if path.is_dir() else []
     if path.is_dir() and (path / STUDY_FILE).is_file():
-        return _of_study(path, annotator)
+        return _of_study(path, annotator, method)
     if path.is_dir() and path not in volume_paths(path.parent):
         if not volumes:
             raise UserError(
@@ -111,11 +127,11 @@ def _read(path: Path, annotator: str) -> Worklist:
                 where=path,
                 remedy="Choose a folder with .npy, .npz, .h5, .tif or .zarr files, or a study",
             )
-        return _of_files(path, volumes, annotator)
+        return _of_files(path, volumes, annotator, method)
     if not path.exists():
         raise UserError("there is no such file or folder", where=path, remedy="Check its name")
     siblings = volume_paths(path.parent)
-    return _of_files(path, siblings if path in siblings else [path], annotator)
+    return _of_files(path, siblings if path in siblings else [path], annotator, method)
 
 
 def worklist_with(document: Annotation, path: Path, present: Worklist) -> tuple[Worklist, int]:
@@ -127,15 +143,14 @@ def worklist_with(document: Annotation, path: Path, present: Worklist) -> tuple[
         for index, item in enumerate(worklist.items if worklist else ()):
             if worklist is not None and item.annotation_path == path:
                 return worklist, index
-    item = item_of_document(document, path)
-    return Worklist(path, item.label, path.parent, (item,), document.annotator), 0
+    return _of_one(document, path, Path(document.volume.path).name), 0
 
 
 def _around(document: Annotation, path: Path) -> Worklist | None:
     """Read the study or folder below which a file is kept as `annotation_path` says, if it is."""
     if len(path.parents) > 2 and path.parents[1].name == "annotations":
         with contextlib.suppress(UserError):
-            return read_worklist(path.parents[2], document.annotator)
+            return read_worklist(path.parents[2], document.annotator, document.method)
     return None
 
 
@@ -150,45 +165,65 @@ def item_of_document(document: Annotation, path: Path) -> WorkItem:
     )
 
 
-def file_annotation_path(volume_path: Path, annotator: str, dataset: str | None = None) -> Path:
+def file_annotation_path(
+    volume_path: Path, annotator: str, dataset: str | None = None, method: Method = "keypoints"
+) -> Path:
     """Return where the annotation of a volume outside any study is kept: beside the volume.
 
     The whole file name is in it, as two volumes may differ in their suffix alone.
     """
     member = f".{dataset.strip('/').replace('/', '_')}" if dataset else ""
-    return annotation_path(volume_path.parent, annotator, volume_path.name + member, "keypoints")
+    return annotation_path(volume_path.parent, annotator, volume_path.name + member, method)
 
 
 def _of_annotation(path: Path) -> Worklist:
     document, _ = load_annotation(path)
+    return _of_one(document, path, path.name)
+
+
+def _of_one(document: Annotation, path: Path, title: str) -> Worklist:
     item = item_of_document(document, path)
-    return Worklist(path, path.name, path.parent, (item,), document.annotator)
+    return Worklist(path, title, path.parent, (item,), document.annotator, method=document.method)
 
 
-def _of_study(folder: Path, annotator: str) -> Worklist:
+def _of_study(folder: Path, annotator: str, wanted: Method) -> Worklist:
     study = load_study(folder)
+    method = wanted if wanted in study.methods else study.methods[0]
     items = [
         WorkItem(
             label=volume.id,
             volume_path=(folder / volume.path).resolve(),
-            annotation_path=annotation_path(folder, annotator, volume.id, "keypoints"),
+            annotation_path=annotation_path(folder, annotator, volume.id, method),
             dataset=volume.dataset,
             spacing_um=volume.spacing_um,
         )
         for volume in study.volumes
     ]
-    return Worklist(folder, study.title, folder, _with_status(items), annotator, tool_name=study.tool)
+    return Worklist(
+        folder,
+        study.title,
+        folder,
+        _with_status(items),
+        annotator,
+        tool_name=study.tool,
+        method=method,
+        methods=study.methods,
+    )
 
 
-def _of_files(path: Path, volumes: Sequence[Path], annotator: str) -> Worklist:
+def _of_files(path: Path, volumes: Sequence[Path], annotator: str, method: Method) -> Worklist:
     """Return the volumes of a folder; ``path`` is the folder, or the volume in it to begin with."""
     folder = volumes[0].parent
     first = volumes.index(path) if path in volumes else 0
     items = [
-        WorkItem(label=path.name, volume_path=path, annotation_path=file_annotation_path(path, annotator))
+        WorkItem(
+            label=path.name,
+            volume_path=path,
+            annotation_path=file_annotation_path(path, annotator, method=method),
+        )
         for path in volumes
     ]
-    return Worklist(path, folder.name, folder, _with_status(items), annotator, first=first)
+    return Worklist(path, folder.name, folder, _with_status(items), annotator, first=first, method=method)
 
 
 def _with_status(items: Sequence[WorkItem]) -> tuple[WorkItem, ...]:

@@ -66,10 +66,11 @@ def marks(session: Session, viewport: Viewport, index: int) -> tuple[Mark, ...]:
     if document is None:
         return ()
     made = []
-    for keypoint in keypoint_marks(document, session.tool, session.view):
+    stored_um = document.positions_um
+    for keypoint in keypoint_marks(session.shown_document, session.tool, session.view):
         distance_um = plane.distance_um(keypoint.position_um, index)
         x, y = viewport.pixel(keypoint.position_um)
-        origin_um = document.keypoint(keypoint.name).position_um if keypoint.preview else None
+        origin_um = stored_um.get(keypoint.name) if keypoint.preview else None
         made.append(
             Mark(
                 **vars(keypoint),

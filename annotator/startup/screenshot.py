@@ -148,6 +148,7 @@ def take_screenshot(
             SessionOptions(
                 annotator_name=annotator or Settings().annotator_name,
                 tool_name=tool or Settings().tool_name,
+                method=Settings().method,
                 spacing_override_um=spacing_um,
                 autosave_s=0.0,
                 recovery_folder=folder / "recovery",

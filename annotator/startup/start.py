@@ -55,6 +55,7 @@ def run(
         SessionOptions(
             annotator_name=annotator or settings.annotator_name,
             tool_name=tool or settings.tool_name,
+            method=settings.method,
             spacing_override_um=spacing_um,
             autosave_s=settings.autosave_seconds,
             cache_limit_bytes=settings.cache_limit_mib * 2**20,

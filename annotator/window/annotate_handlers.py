@@ -1,12 +1,13 @@
-"""What the menus Edit and Annotate do to the document and to the active keypoint."""
+"""What the menus Edit and Annotate do to the document and to the active keypoint or box."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from PySide6.QtWidgets import QInputDialog, QWidget
 
-from annotations.documents.annotation import KeypointAnnotation, State
+from annotations.documents.annotation import Method, Part, State
 from annotations.errors import UserError
-from annotator.actions.table import KEYPOINT_KEYS
+from annotator.actions.annotate_table import BENT_JOINTS, KEYPOINT_KEYS
 from annotator.session import Session
 from annotator.session.placing import nudged
 from annotator.settings import Settings
@@ -22,6 +23,8 @@ _DIRECTIONS = {
     "before": ("axis", -1),
     "behind": ("axis", 1),
 }
+# What the names of the turning and bending actions end in, in degrees.
+_TURN_STEPS = {"": 1.0, "_back": -1.0, "_ten": 10.0, "_back_ten": -10.0}
 
 
 class AnnotateHandlers:
@@ -59,15 +62,23 @@ class AnnotateHandlers:
             keypoints
             | moves
             | far_moves
+            | self._turns()
+            | self._resizes()
             | {
                 "undo": session.undo_stack.undo,
                 "redo": session.undo_stack.redo,
                 "choose_tool": self._choose_tool,
                 "navigate_mode": self._navigate,
                 "place_mode": lambda: session.set_mode("place"),
-                "keep_preview": session.keep_preview,
+                "pose_mode": lambda: session.set_mode("pose"),
+                "keep_preview": self._keep,
+                "method_keypoints": self._annotating_by("keypoints"),
+                "method_boxes": self._annotating_by("boxes"),
+                "derive": session.derive,
+                "turn_over": session.turn_over,
+                "free_cross_section": lambda: self._with_active(self._toggle_cross_section),
                 "next_unplaced": session.activate_next_unplaced,
-                "go_to_keypoint": lambda: session.activate(session.view.active_keypoint, jump=True),
+                "go_to_keypoint": lambda: session.activate(session.view.active_part, jump=True),
                 "snap_maximum": lambda: session.snap("maximum"),
                 "snap_edge": lambda: session.snap("edge"),
                 "state_placed": self._stating("placed"),
@@ -82,23 +93,23 @@ class AnnotateHandlers:
             }
         )
 
-    def _with_active(self, do: Callable[[KeypointAnnotation], None]) -> None:
-        document, name = self._session.document, self._session.view.active_keypoint
+    def _with_active(self, do: Callable[[Part], None]) -> None:
+        document, name = self._session.document, self._session.view.active_part
         if document is not None and name is not None:
-            do(document.keypoint(name))
+            do(document.part(name))
 
     def _choosing(self, index: int) -> Callable[[], None]:
         def choose() -> None:
             document = self._session.document
-            if document is not None and index < len(document.keypoints):
-                self._session.activate(document.keypoints[index].name, jump=True)
+            if document is not None and index < len(document.parts):
+                self._session.activate(document.parts[index].name, jump=True)
 
         return choose
 
     def _stating(self, state: State) -> Callable[[], None]:
         return lambda: self._with_active(lambda active: self._session.set_state(active.name, state))
 
-    def _toggle_certainty(self, active: KeypointAnnotation) -> None:
+    def _toggle_certainty(self, active: Part) -> None:
         self._session.set_certainty(active.name, "sure" if active.certainty == "unsure" else "unsure")
 
     def _toggle_done(self) -> None:
@@ -106,8 +117,62 @@ class AnnotateHandlers:
         if document is not None:
             self._session.set_status("in_progress" if document.status == "done" else "done")
 
+    def _toggle_cross_section(self, active: Part) -> None:
+        free = active.name not in self._session.view.free_links
+        self._session.free_cross_section(active.name, free)
+
+    def _annotating_by(self, method: Method) -> Callable[[], None]:
+        def choose() -> None:
+            self._settings.method = method
+            self._session.set_method(method)
+
+        return choose
+
+    def _keep(self) -> None:
+        view = self._session.view
+        if view.refinement is not None:
+            self._session.accept_refinement()
+        elif view.draft is not None:
+            self._session.keep_draft()
+        else:
+            self._session.keep_preview()
+
+    def _turns(self) -> dict[str, Callable[[], object]]:
+        session = self._session
+        handlers: dict[str, Callable[[], object]] = {}
+        for name, degrees in _TURN_STEPS.items():
+            for axis, letter in enumerate("xyz"):
+                handlers[f"turn_{letter}{name}"] = partial(session.turn, axis, degrees)
+            for joint in range(BENT_JOINTS):
+                handlers[f"bend_{joint + 1}{name}"] = partial(session.bend, joint, degrees)
+        return handlers
+
+    def _resizes(self) -> dict[str, Callable[[], object]]:
+        return {
+            f"face_{sense}_{direction}{far}": self._resizing(direction, voxels, leading=sense == "out")
+            for sense in ("out", "in")
+            for direction in ("left", "right", "up", "down")
+            for far, voxels in (("", 1), ("_ten", 10))
+        }
+
+    def _resizing(self, direction: str, voxels: int, *, leading: bool) -> Callable[[], None]:
+        which, sense = _DIRECTIONS[direction]
+
+        def resize() -> None:
+            if (plane := self._used_plane()) is not None:
+                self._session.move_face(getattr(plane, which), sense * voxels, leading=leading)
+
+        return resize
+
+    def _used_plane(self) -> Plane | None:
+        volume, spacing_um = self._session.volume, self._session.spacing_um
+        if volume is None or spacing_um is None:
+            return None
+        return Plane.across(self._used_axis(), volume.shape, spacing_um, volume.depth_axis)
+
     def _navigate(self) -> None:
-        if self._session.view.preview is not None:
+        view = self._session.view
+        if any(each is not None for each in (view.preview, view.draft, view.first_end_um, view.refinement)):
             self._session.drop_preview()
         else:
             self._session.set_mode("navigate")
@@ -116,18 +181,18 @@ class AnnotateHandlers:
         which, sense = _DIRECTIONS[name]
 
         def move() -> None:
-            volume, spacing_um = self._session.volume, self._session.spacing_um
-            if volume is None or spacing_um is None:
+            plane = self._used_plane()
+            if plane is None:
                 return
-            plane = Plane.across(self._used_axis(), volume.shape, spacing_um, volume.depth_axis)
             axis: int = getattr(plane, which)
-            if self._session.view.mode == "place":
+            if self._session.view.mode != "navigate":
                 self._session.nudge(axis, sense * voxels)
             else:
                 # Navigating never moves an annotation: the same keys move where one looks.
                 here_um = self._session.view.crosshair_um
-                self._session.look(crosshair_um=nudged(here_um, axis, sense * voxels, spacing_um))
-                name = self._session.view.active_keypoint
+                moved_um = nudged(here_um, axis, sense * voxels, plane.spacing_um)
+                self._session.look(crosshair_um=moved_um)
+                name = self._session.view.active_part
                 if name in self._session.shown_positions_um():
                     self._session.post_message(f"Crosshair moved; in place mode (P) the keys nudge {name}")
 

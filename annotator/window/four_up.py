@@ -238,10 +238,10 @@ class FourUp(QWidget):
     def _on_session_view_changed(self, before: View, after: View) -> None:
         if before.maximized != after.maximized:
             self._arrange()
-        if (before.maximized, before.mode, before.active_keypoint) != (
+        if (before.maximized, before.mode, before.active_part) != (
             after.maximized,
             after.mode,
-            after.active_keypoint,
+            after.active_part,
         ):
             self._draw()
 

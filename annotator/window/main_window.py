@@ -33,6 +33,7 @@ from annotator.window.held_key import HeldKey
 from annotator.window.questions import Questions
 from annotator.window.start_page import StartPage
 from annotator.window.status_line import StatusLine
+from annotator.window.tools_handlers import ToolsHandlers
 from annotator.window.typing_guard import TypingGuard
 from annotator.window.view_handlers import ViewHandlers
 from annotator.window.window_handlers import WindowHandlers
@@ -125,6 +126,7 @@ class MainWindow(QMainWindow):
             {
                 **self._files.by_name(),
                 **annotating.by_name(),
+                **ToolsHandlers(session).by_name(),
                 **self._looks.by_name(),
                 **self._parts.by_name(),
                 "copy_pose": self._pose.copy_to_clipboard,

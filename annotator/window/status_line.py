@@ -8,15 +8,22 @@ from annotator.looks import theme
 from annotator.looks.labels import ElidedText
 from annotator.session import Session
 from annotator.session.click_meaning import is_active_locked
-from annotator.session.view import View
+from annotator.session.view import Mode, View
 
 _MESSAGE_MS = 8000
 _LONGEST_NAME_PX = 160
 _SETTLING = "Return keeps {0}, a click from another angle settles its depth, Esc drops it"
 _PROPOSED = "Return keeps {0} here, Esc drops it"
 _DRAGGED = "Letting go keeps {0} here, Esc drops it"
+_DRAFTED = "Letting go keeps it here, Esc takes it back"
+_REFINED = "Return accepts the refined pose, Esc rejects it"
 _PLACING = "A click places {0}"
-_LOCKED = "{0} is locked: unlock it, or choose another keypoint"
+_FIRST_END = "A click places the base of {0}, a second one its tip"
+_SECOND_END = "A click places the tip of {0}, Esc gives the base up"
+_ADJUSTING = "Handles move, turn and resize the box of {0}; N chooses the next"
+_POSING = "Handles move, turn and bend the tool; everything that is placed follows"
+_LOCKED = "{0} is locked: unlock it, or choose another"
+_MODES: dict[Mode, str] = {"navigate": "Navigating", "place": "Placing", "pose": "Posing"}
 _ALL_HIDDEN = "Overlays are hidden"
 
 
@@ -97,16 +104,32 @@ class StatusLine(QStatusBar):
             hint = _DRAGGED.format(view.preview.keypoint)
         elif view.preview is not None:
             hint = _PROPOSED.format(view.preview.keypoint)
-        elif view.mode == "place" and view.active_keypoint is not None:
-            hint = (_LOCKED if is_active_locked(self._session) else _PLACING).format(view.active_keypoint)
+        elif view.refinement is not None:
+            hint = _REFINED
+        elif view.first_end_um is not None:
+            hint = _SECOND_END.format(view.active_part)
+        elif view.draft is not None:
+            hint = _DRAFTED
+        elif view.mode == "pose":
+            hint = _POSING
+        elif view.mode == "place" and view.active_part is not None:
+            hint = self._placing_hint().format(view.active_part)
         self._hint.setText(hint)
+
+    def _placing_hint(self) -> str:
+        if is_active_locked(self._session):
+            return _LOCKED
+        document = self._session.document
+        if document is None or document.method == "keypoints":
+            return _PLACING
+        return _FIRST_END if self._session.active_box() is None else _ADJUSTING
 
     def _draw_mode(self) -> None:
         self._mode.setVisible(self._session.volume is not None)
-        placing = self._session.view.mode == "place"
-        self._mode.setText("Placing" if placing else "Navigating")
+        mode = self._session.view.mode
+        self._mode.setText(_MODES[mode])
         colors = theme.colors(self.palette())
-        _paint(self._mode, colors.placing.name() if placing else "", bold=placing)
+        _paint(self._mode, "" if mode == "navigate" else colors.placing.name(), bold=mode != "navigate")
 
     def _draw_spacing(self) -> None:
         spacing_um = self._session.spacing_um
@@ -141,12 +164,7 @@ class StatusLine(QStatusBar):
         self.showMessage(message, _MESSAGE_MS)
 
     def _on_session_view_changed(self, before: View, after: View) -> None:
-        if (before.mode, before.active_keypoint, before.preview, before.overlays_hidden) != (
-            after.mode,
-            after.active_keypoint,
-            after.preview,
-            after.overlays_hidden,
-        ):
+        if _hinted(before) != _hinted(after):
             if after.preview is not None and before.preview is None:
                 # An older message would hide what to do with the proposal.
                 self.clearMessage()
@@ -165,6 +183,19 @@ class StatusLine(QStatusBar):
 
     def _on_session_save_state_changed(self) -> None:
         self._draw_saved()
+
+
+def _hinted(view: View) -> object:
+    """Return what the hint depends on; a draft changes many times in a drag, and is hinted at once."""
+    return (
+        view.mode,
+        view.active_part,
+        view.preview,
+        view.overlays_hidden,
+        view.draft is None,
+        view.first_end_um is None,
+        view.refinement is None,
+    )
 
 
 def _paint(label: QLabel, color: str, *, bold: bool) -> None:

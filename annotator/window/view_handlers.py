@@ -91,7 +91,7 @@ class ViewHandlers:
         self._slices[self._four_up.used_axis].zoom_at_crosshair(factor)
 
     def _zoom_keypoint(self) -> None:
-        name = self._session.view.active_keypoint
+        name = self._session.view.active_part
         if name is None or name not in self._session.shown_positions_um():
             return
         self._session.activate(name, jump=True)
@@ -112,8 +112,8 @@ class ViewHandlers:
     def _on_session_view_changed(self, before: View, after: View) -> None:
         if self._session.volume is None:
             return
-        if after.detail and (before.detail, before.active_keypoint) != (True, after.active_keypoint):
-            self._show_detail(after.active_keypoint)
+        if after.detail and (before.detail, before.active_part) != (True, after.active_part):
+            self._show_detail(after.active_part)
         elif before.detail and not after.detail:
             # Of the whole volume, only the close-up of the block would be seen.
             self._scene.zoom_to_fit()

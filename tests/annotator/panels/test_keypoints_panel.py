@@ -57,7 +57,7 @@ def test_a_click_on_a_row_activates_the_keypoint_and_goes_to_it(
     qtbot: QtBot, session: Session, table: QTableView
 ) -> None:
     click(qtbot, table, 0, Column.KEYPOINT)
-    assert session.view.active_keypoint == "k0"
+    assert session.view.active_part == "k0"
     assert session.view.crosshair_um == K0_UM
     session.look(crosshair_um=(0.0, 0.0, 0.0))
     click(qtbot, table, 0, Column.KEYPOINT)
@@ -67,11 +67,11 @@ def test_a_click_on_a_row_activates_the_keypoint_and_goes_to_it(
 def test_the_arrow_keys_go_through_the_keypoints(qtbot: QtBot, session: Session, table: QTableView) -> None:
     click(qtbot, table, 0, Column.KEYPOINT)
     qtbot.keyClick(table, Qt.Key.Key_Down)
-    assert session.view.active_keypoint == "k1"
+    assert session.view.active_part == "k1"
     assert session.view.crosshair_um == K1_UM
 
 
-def test_the_selected_row_is_the_active_keypoint(session: Session, table: QTableView) -> None:
+def test_the_selected_row_is_the_active_part(session: Session, table: QTableView) -> None:
     session.activate("k4")
     assert [index.row() for index in table.selectionModel().selectedRows()] == [4]
     session.activate(None)

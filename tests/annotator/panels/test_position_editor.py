@@ -57,7 +57,7 @@ def placed(session: Session, name: str = "k0") -> Vector | None:
     return session.document.keypoint(name).position_um
 
 
-def test_the_boxes_show_the_active_keypoint(session: Session, frame: QWidget) -> None:
+def test_the_boxes_show_the_active_part(session: Session, frame: QWidget) -> None:
     assert [box(frame, axis).value() for axis in "xyz"] == list(K0_UM)
     assert [box(frame, axis).singleStep() for axis in "xyz"] == [15.9, 13.5, 9.4]
     session.nudge(0, 1)
@@ -76,7 +76,7 @@ def test_typing_moves_everything_and_enter_keeps_it_in_one_step(
     assert placed(session) == (250.5, 135.0, 94.0)
     assert session.view.preview is None
     assert session.undo_stack.count() == steps + 1
-    assert session.view.active_keypoint == "k0"
+    assert session.view.active_part == "k0"
     session.undo_stack.undo()
     assert placed(session) == K0_UM
 
@@ -112,7 +112,7 @@ def test_x_y_and_z_typed_in_a_row_are_one_step(qtbot: QtBot, session: Session, f
     qtbot.keyClick(box(frame, "z"), Qt.Key.Key_Return)
     assert placed(session, "k3") == (100.0, 200.0, 300.0)
     assert session.undo_stack.count() == steps + 1
-    assert session.view.active_keypoint == "k3"
+    assert session.view.active_part == "k3"
 
 
 def test_leaving_the_boxes_keeps_what_was_typed(qtbot: QtBot, session: Session, frame: QWidget) -> None:
@@ -203,7 +203,7 @@ def test_a_locked_keypoint_cannot_be_typed(session: Session, frame: QWidget) -> 
     assert "locked" in title.text()
 
 
-def test_without_an_active_keypoint_there_is_nothing_to_type(session: Session, frame: QWidget) -> None:
+def test_without_an_active_part_there_is_nothing_to_type(session: Session, frame: QWidget) -> None:
     session.activate(None)
     assert not box(frame, "x").isEnabled()
     title = frame.findChild(QLabel, "position_title")

@@ -160,7 +160,7 @@ def test_with_overlays_hidden_only_the_volume_is_seen(scene) -> None:
 @pytest.mark.parametrize("zoom", [1.0, 0.3])
 def test_spheres_keep_their_size_and_stand_where_the_keypoint_is(scene, zoom: float) -> None:
     position_um = (100.0, 150.0, 60.0)
-    scene.session.look(layers=frozenset(), active_keypoint=None)
+    scene.session.look(layers=frozenset(), active_part=None)
     scene.session.place(position_um, keypoint="k2")
     scene.session.activate(None)
     camera = scene.view.camera

@@ -84,7 +84,7 @@ def test_clicking_a_sphere_while_navigating_activates_it_and_edits_nothing(scene
     before = scene.session.document
     for name, position_um in positions_um.items():
         scene.click(scene.place_of(position_um))
-        assert scene.session.view.active_keypoint == name
+        assert scene.session.view.active_part == name
         assert scene.session.view.crosshair_um == position_um
     scene.click(AWAY)
     scene.click(scene.place_of(SLAB_TOP_UM))

@@ -20,7 +20,7 @@ def test_opens_a_volume_with_the_spacing_of_its_sidecar(session: Session, volume
     assert "beside the volume" in session.spacing_note
     assert session.document is not None
     assert session.document.annotator == "anna"
-    assert session.view.active_keypoint == "k0"
+    assert session.view.active_part == "k0"
     assert session.slice_level is not None
     assert not session.unsaved
 
@@ -28,7 +28,7 @@ def test_opens_a_volume_with_the_spacing_of_its_sidecar(session: Session, volume
 def test_placing_all_six_advances_and_undo_restores_exactly(session: Session) -> None:
     documents = [session.document]
     for step in range(6):
-        assert session.view.active_keypoint == f"k{step}"
+        assert session.view.active_part == f"k{step}"
         session.place((100.0 + step, 200.0, 300.0))
         documents.append(session.document)
     for expected in reversed(documents[:-1]):
@@ -61,7 +61,7 @@ def test_a_click_in_the_scene_proposes_and_waits_to_be_kept(qtbot: QtBot, sessio
     assert not session.document.positions_um
     session.keep_preview()
     assert session.document.keypoint("k0").position_um == preview.position_um
-    assert session.view.active_keypoint == "k1"
+    assert session.view.active_part == "k1"
 
 
 def test_a_second_ray_from_another_angle_settles_the_depth(session: Session) -> None:

@@ -48,7 +48,7 @@ def test_six_clicks_in_slices_across_different_axes_place_six_keypoints(
         ],
         strict=False,
     ):
-        assert session.view.active_keypoint == name
+        assert session.view.active_part == name
         wanted_um = hand.position_um(view, at)
 
         hand.click(view, at)
@@ -166,7 +166,7 @@ def test_a_click_on_a_keypoint_chooses_it_and_moves_nothing(placed: Session, vie
 
     hand.click(views[2], hand.pixel(views[2], MIDDLE_UM) + QPoint(2, 1))
 
-    assert placed.view.active_keypoint == "k0"
+    assert placed.view.active_part == "k0"
     assert placed.document is document
 
 
@@ -201,7 +201,7 @@ def test_a_double_click_places_once(views: Views, session: Session, hand: Any) -
     QTest.mouseDClick(views[0], Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
 
     assert session.undo_stack.count() == 1
-    assert session.view.active_keypoint == "k1"
+    assert session.view.active_part == "k1"
 
 
 def test_navigating_never_edits(placed: Session, views: Views, hand: Any) -> None:
@@ -245,7 +245,7 @@ def test_a_press_on_a_keypoint_while_navigating_makes_it_active(
 
     hand.click(views[0], hand.pixel(views[0], MIDDLE_UM) + QPoint(3, 0))
 
-    assert placed.view.active_keypoint == "k0"
+    assert placed.view.active_part == "k0"
     assert placed.view.crosshair_um == crosshair_um
 
 

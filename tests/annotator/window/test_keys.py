@@ -12,19 +12,19 @@ def test_digits_choose_keypoints_and_go_there(person, session):
     session.place(A_UM)
     session.look(crosshair_um=(0.0, 0.0, 0.0))
     person.press(Qt.Key.Key_4)
-    assert session.view.active_keypoint == "k3"
+    assert session.view.active_part == "k3"
     person.press(Qt.Key.Key_1)
-    assert session.view.active_keypoint == "k0"
+    assert session.view.active_part == "k0"
     assert session.view.crosshair_um == A_UM
     person.press(Qt.Key.Key_9)
-    assert session.view.active_keypoint == "k0"
+    assert session.view.active_part == "k0"
 
 
 def test_next_unplaced(person, session):
     session.place(A_UM, keypoint="k1")
     person.press(Qt.Key.Key_1)
     person.press(Qt.Key.Key_N)
-    assert session.view.active_keypoint == "k2"
+    assert session.view.active_part == "k2"
 
 
 def test_escape_drops_a_preview_first_and_then_leaves_place_mode(person, session):
@@ -255,7 +255,7 @@ def test_arrows_move_in_a_table_and_letters_still_act(person, session, triggered
     position_um = session.document.positions_um["k0"]
     person.press(Qt.Key.Key_Down)
     assert session.document.positions_um == {"k0": position_um}
-    assert session.view.active_keypoint == "k1"
+    assert session.view.active_part == "k1"
     person.press(Qt.Key.Key_1)
     assert triggered == ["action_keypoint_1"]
 

@@ -124,7 +124,7 @@ def test_camera_looks_along_an_axis_and_in_perspective(qtbot, window):
     assert window.actions_by_name["perspective"].isChecked()
 
 
-def test_zoom_to_the_active_keypoint(qtbot, window, session):
+def test_zoom_to_the_active_part(qtbot, window, session):
     window.prepare_scene()
     qtbot.waitUntil(lambda: window.scene.camera is not None, timeout=30_000)
     session.place((200.0, 300.0, 250.0))

@@ -57,7 +57,7 @@ def test_all_six_are_placed_and_nothing_is_lost(
     # Slices of all three axes; the next unplaced keypoint becomes the active one by itself.
     person.press(Qt.Key.Key_P)
     for axis, name, index in ((2, "k0", (12, 20, 22)), (1, "k1", (14, 22, 24)), (0, "k2", (16, 26, 26))):
-        assert session.view.active_keypoint == name
+        assert session.view.active_part == name
         place_in_slice(person, session, axis, at_voxel(*index))
         error_um = np.abs(np.subtract(session.document.positions_um[name], at_voxel(*index)))
         assert np.all(error_um <= SPACING_UM)
@@ -85,7 +85,7 @@ def test_all_six_are_placed_and_nothing_is_lost(
 
     # Typed, with only the numbers that are there.
     person.press(Qt.Key.Key_6)
-    assert session.view.active_keypoint == "k5"
+    assert session.view.active_part == "k5"
     for letter, value in zip("xyz", ("400.5", "500.25", "210"), strict=True):
         box = scene_window.findChild(QAbstractSpinBox, f"position_{letter}")
         box.setFocus()

@@ -1,0 +1,48 @@
+"""The actions of the menu Tools: what the geometry of the instrument knows, on demand."""
+
+from annotator.actions.action import Action
+
+TOOLS_ACTIONS: tuple[Action, ...] = (
+    Action(
+        "fill_in",
+        "Fill In Unseen Keypoints from the Fit",
+        "Tools",
+        ("Ctrl+I",),
+        "Give unplaced keypoints the position that the others imply, as occluded or out of view, never as placed.",
+        "positions",
+    ),
+    Action(
+        "other_solution",
+        "Pose the Tool in the Other Solution",
+        "Tools",
+        ("Ctrl+Alt+O",),
+        "Where two poses explain what is placed equally well, take the other one.",
+        "alternatives",
+    ),
+    Action(
+        "refine",
+        "Refine against the Volume…",
+        "Tools",
+        ("Ctrl+R",),
+        "Look for the tool's surface in the volume near its pose, and propose what fits it best.",
+        "positions",
+        separated=True,
+    ),
+    Action(
+        "every_relabelling",
+        "Try Every Order of the Keypoints",
+        "Tools",
+        ("Ctrl+K",),
+        "Look for any interchange of keypoints that would explain an implausible annotation.",
+        "positions",
+    ),
+    Action(
+        "calibrate",
+        "Calibrate…",
+        "Tools",
+        ("Ctrl+Alt+C",),
+        "Take link lengths and cross-sections from the study's finished annotations into a new specification.",
+        "volume",
+        separated=True,
+    ),
+)

@@ -1,0 +1,211 @@
+"""The session's editing of boxes: two clicks place one; handles, keys and numbers move, turn and resize it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from annotations.documents import edits
+from annotations.documents.annotation import BoxAnnotation, Source
+from annotations.documents.edits import EditRefused
+from annotations.geometry.boxes import Box, box_between
+from annotations.geometry.frames import Vector, vector
+from annotator.session.box_handles import box_dragged, resized, turned
+from annotator.session.editing import SessionEditing
+from annotator.session.placing import nudged
+from annotator.session.view import Draft
+
+_LOCKED_SECTION = "the cross-section of {} is fixed: unlock it to change width or height"
+
+
+class SessionBoxes(SessionEditing):
+    """Edits of boxes. Drags preview as a draft, which is kept as one edit."""
+
+    def place(self, position_um: Vector, source: Source = "clicked", keypoint: str | None = None) -> None:
+        """Place a keypoint; or in a document of boxes an end of the active box: base first, then the tip."""
+        if self._document is None or self._document.method == "keypoints":
+            super().place(position_um, source, keypoint)
+        elif self.keypoint_to_place() is not None:
+            self._place_end(vector(position_um), source)
+
+    def keypoint_to_place(self) -> str | None:
+        """Return the keypoint that a click places: of an unplaced box the end that is still missing."""
+        document, tool, name = self._document, self.tool, self._view.active_part
+        if document is None or document.method == "keypoints" or tool is None:
+            return super().keypoint_to_place()
+        if name is None:
+            self.message_posted.emit("Choose a link first: a number key, or its row in the table")
+            return None
+        part = document.part(name)
+        if part.locked:
+            self._refuse(EditRefused(f"the box of {name} is locked", remedy="Unlock it to change it"))
+            return None
+        if part.anchor_um is not None:
+            self.message_posted.emit(f"{name} has its box: drag its handles, or clear it to click it anew")
+            return None
+        link = tool.link(name)
+        return link.base if self._view.first_end_um is None else link.tip
+
+    def aim_second_end(self, position_um: Vector) -> None:
+        """Show the box as a second click at a position would place it."""
+        part, box = self._active_part(), self._box_to(vector(position_um))
+        if part is not None and box is not None and self._document is not None:
+            document = edits.place_box(self._document, part.link, box, "clicked")
+            self.look(draft=Draft(document, f"Place {part.link}"))
+
+    def free_cross_section(self, link: str, free: bool) -> None:
+        """Let a link's box change its width and height, or hold them."""
+        links = self._view.free_links
+        self.look(free_links=links | {link} if free else links - {link})
+
+    # Handles
+
+    def drag_handle(self, handle: str, to_um: Vector) -> None:
+        """Show what dragging a handle to a position makes of the active box."""
+        part = self._changeable_box()
+        if part is not None and part.box is not None:
+            self._draft_box(part.link, box_dragged(part.box, handle, vector(to_um)), "dragged", handle)
+
+    def drag_body(self, link: str, by_um: Vector) -> None:
+        """Show what dragging a body by a vector makes of it."""
+        self.activate(link)
+        part = self._changeable_box()
+        if part is not None and part.box is not None:
+            center_um = vector(np.add(part.box.center_um, by_um))
+            self._draft_box(link, replace(part.box, center_um=center_um), "dragged", "center")
+
+    def keep_draft(self) -> None:
+        """Put what a drag has drafted into the document: one edit."""
+        draft = self._view.draft
+        if draft is not None:
+            self.look(pose=draft.pose or self._view.pose)
+            self._edit(draft.text, lambda _document: draft.document)
+            self.look(draft=None)
+
+    # Keys and numbers
+
+    def nudge(self, axis: int, voxels: int) -> None:
+        """Move the active keypoint, or the active box, along an axis by whole voxels."""
+        document, spacing_um = self._document, self.spacing_um
+        if document is None or document.method == "keypoints" or spacing_um is None:
+            super().nudge(axis, voxels)
+            return
+        part = self._changeable_box()
+        if part is not None and part.box is not None:
+            moved_um = nudged(part.box.center_um, axis, voxels, spacing_um)
+            self._change_box(part.link, replace(part.box, center_um=moved_um), "nudged", "Nudge")
+
+    def turn(self, axis: int, turn_deg: float) -> None:
+        """Turn the active box about one of its own axes."""
+        part = self._changeable_box()
+        if part is not None and part.box is not None:
+            self._change_box(part.link, turned(part.box, axis, turn_deg), "nudged", "Turn")
+
+    def move_face(self, axis: int, voxels: int, *, leading: bool) -> None:
+        """Move one face of the active box along an axis of the volume by whole voxels.
+
+        Parameters
+        ----------
+        axis : int
+            Of the volume.
+        voxels : int
+            How far; its sign is the direction.
+        leading : bool
+            Whether it is the face that looks most into that direction, which makes the box larger; else the
+            opposite face, which makes it smaller.
+        """
+        part, spacing_um = self._changeable_box(), self.spacing_um
+        if part is None or part.box is None or spacing_um is None:
+            return
+        box, towards = part.box, np.sign(voxels)
+        own = int(np.argmax(np.abs(box.axes[axis])))
+        if own != 0 and part.link not in self._view.free_links:
+            self.message_posted.emit(_LOCKED_SECTION.format(part.link))
+            return
+        sense = float(np.sign(box.axes[axis, own]) * towards) * (1.0 if leading else -1.0)
+        step_um = abs(voxels) * spacing_um[axis] * (1.0 if leading else -1.0)
+        self._change_box(
+            part.link, resized(box, own, sense, box.size_um[own] / 2 + step_um), "nudged", "Resize"
+        )
+
+    def type_box(self, link: str, box: Box) -> None:
+        """Give a link the box that a person typed."""
+        self._change_box(link, box, "typed", "Type")
+
+    def turn_over(self) -> None:
+        """Turn the active box 180° about its own x: the same body, with the hinge's axis in the other sense."""
+        part = self._changeable_box()
+        if part is not None and part.box is not None:
+            self._change_box(part.link, part.box.turned_over, "nudged", "Turn over")
+
+    def _place_end(self, position_um: Vector, source: Source) -> None:
+        part, box = self._active_part(), self._box_to(position_um)
+        if part is None:
+            return
+        if self._view.first_end_um is None:
+            self.look(preview=None, first_end_um=position_um, crosshair_um=position_um)
+            self.message_posted.emit(f"Now click the other end of {part.link}, towards the tip")
+            return
+        if box is None:
+            self.message_posted.emit("Both ends are at one place: click the other end of the link")
+            return
+        if self._edit(
+            f"Place {part.link}", lambda document: edits.place_box(document, part.link, box, source)
+        ):
+            self.look(preview=None, first_end_um=None, crosshair_um=position_um)
+            following = self._next_unplaced()
+            if following is not None:
+                self.activate(following)
+            self.message_posted.emit(
+                f"Two clicks do not tell the roll of {part.link}: turn it about its axis with its knob or X"
+            )
+
+    def _box_to(self, tip_um: Vector) -> Box | None:
+        """Return the box from the first end to a second one, with the hinge that the links before it suggest."""
+        part, tool, base_um = self._active_part(), self.tool, self._view.first_end_um
+        if part is None or tool is None or base_um is None or self._document is None:
+            return None
+        joint = next((joint for joint in tool.joints if joint.child == part.link), None)
+        parent = self._document.placed_boxes.get(joint.parent) if joint is not None else None
+        if joint is not None and parent is not None:
+            # Turning about the hinge leaves its own direction; what is +y to the child was so to the parent.
+            hinge = parent.axes[:, 1]
+        else:
+            # A root lies with its height along the light: something has to be shown, and the annotator turns it.
+            depth = np.eye(3)[self.volume.depth_axis if self.volume is not None else 2]
+            hinge = np.cross(depth, np.subtract(tip_um, base_um))
+        for direction in (hinge, *np.eye(3)):
+            try:
+                return box_between(base_um, tip_um, tool.link(part.link).cross_section_um, direction)
+            except ValueError:
+                continue
+        return None
+
+    def _active_part(self) -> BoxAnnotation | None:
+        document, name = self._document, self._view.active_part
+        return next((box for box in document.boxes if box.link == name), None) if document else None
+
+    def _changeable_box(self) -> BoxAnnotation | None:
+        """Return the active box if it can be changed; else say why not."""
+        part = self._active_part()
+        if part is None or part.box is None:
+            self.message_posted.emit("Choose a box that is placed")
+            return None
+        if part.locked:
+            self._refuse(EditRefused(f"the box of {part.link} is locked", remedy="Unlock it to change it"))
+            return None
+        return part
+
+    def _draft_box(self, link: str, box: Box, source: Source, handle: str) -> None:
+        if self._document is None:
+            return
+        words = {"center": "Move", "swing": "Turn", "roll": "Turn"}.get(handle, "Resize")
+        try:
+            document = edits.place_box(self._document, link, box, source)
+        except EditRefused as error:
+            self._refuse(error)
+            return
+        self.look(draft=Draft(document, f"{words} {link}"))
+
+    def _change_box(self, link: str, box: Box, source: Source, words: str) -> None:
+        if self._edit(f"{words} {link}", lambda document: edits.place_box(document, link, box, source)):
+            self.look(draft=None)

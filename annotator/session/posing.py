@@ -1,0 +1,205 @@
+"""The session's editing of the tool as one body: pose mode, filling in from the fit, refining."""
+
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import QObject
+
+from annotations.documents import edits
+from annotations.documents.edits import EditRefused
+from annotations.errors import UserError
+from annotations.fitting.refine import Refinement, refine_pose
+from annotations.geometry.frames import Vector, vector
+from annotations.geometry.kinematics import ToolPose, keypoints_um
+from annotator.session.box_editing import SessionBoxes
+from annotator.session.jobs import Job
+from annotator.session.options import SessionOptions
+from annotator.session.placing import nudged
+from annotator.session.pose_handles import bent, joint_named, moved, pose_dragged, turned
+from annotator.session.view import Draft, Mode
+
+
+class SessionPosing(SessionBoxes):
+    """Moves the whole tool: all keypoints or boxes follow as one body, and one gesture is one edit.
+
+    Signals: see `SessionState`.
+    """
+
+    def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
+        super().__init__(options, parent)
+        self._refining: Job | None = None
+
+    def set_mode(self, mode: Mode) -> None:
+        """Say whether clicks place parts, or handles move the tool as a whole, or neither."""
+        tool = self.tool
+        if mode == "pose" and tool is not None:
+            if not tool.links:
+                self.message_posted.emit(f"The tool {tool.name} has no links, so it cannot be posed")
+                return
+            if self.tool_pose is None:
+                self.look(pose=self._lying_pose(tool))
+                self.message_posted.emit("Drag the tool to where it is: its handles move, turn and bend it")
+        super().set_mode(mode)
+
+    # Pose mode
+
+    def preview_pose(self, pose: ToolPose) -> None:
+        """Show the document with the tool in a pose; `keep_draft` puts it there, `drop_preview` forgets it."""
+        if self._document is None or self.tool is None:
+            return
+        try:
+            document = edits.pose_tool(self._document, self.tool, pose)
+        except EditRefused as error:
+            self._refuse(error)
+            return
+        self.look(draft=Draft(document, "Pose the tool", pose))
+
+    def pose_tool(self, pose: ToolPose) -> None:
+        """Put the tool into a pose: one edit."""
+        self.preview_pose(pose)
+        self.keep_draft()
+
+    def drag_handle(self, handle: str, to_um: Vector) -> None:
+        """Show what dragging a handle to a position makes of the tool, or of the active box."""
+        if self._view.mode != "pose":
+            super().drag_handle(handle, to_um)
+            return
+        pose, tool = self.settled_pose, self.tool
+        if pose is not None and tool is not None:
+            self.preview_pose(pose_dragged(pose, tool, handle, vector(to_um)))
+
+    def drag_body(self, link: str, by_um: Vector) -> None:
+        """Show what dragging a body by a vector makes of the tool, or of the link's box."""
+        if self._view.mode != "pose":
+            super().drag_body(link, by_um)
+        elif (pose := self.settled_pose) is not None:
+            self.preview_pose(moved(pose, by_um))
+
+    def nudge(self, axis: int, voxels: int) -> None:
+        """Move the tool in pose mode, else the active keypoint or box, along an axis by whole voxels."""
+        if self._view.mode != "pose" or self.spacing_um is None:
+            super().nudge(axis, voxels)
+            return
+        step_um = nudged((0.0, 0.0, 0.0), axis, voxels, self.spacing_um)
+        self._pose_by(lambda pose: moved(pose, step_um))
+
+    def turn(self, axis: int, turn_deg: float) -> None:
+        """Turn the tool in pose mode, else the active box, about one of its own axes."""
+        if self._view.mode == "pose":
+            self._pose_by(lambda pose: turned(pose, axis, turn_deg))
+        else:
+            super().turn(axis, turn_deg)
+
+    def bend(self, number: int, by_deg: float) -> None:
+        """Bend a joint, counted from 0, by an angle, within its limits."""
+        tool = self.tool
+        if tool is None or number >= len(tool.joints):
+            return
+        joint = tool.joints[number]
+        self._pose_by(lambda pose: bent(pose, joint, pose.angles_deg.get(joint.name, 0.0) + by_deg))
+
+    def preview_angle(self, joint: str, angle_deg: float) -> None:
+        """Show the tool with a joint at a signed angle."""
+        pose, tool = self.settled_pose, self.tool
+        if pose is not None and tool is not None:
+            self.preview_pose(bent(pose, joint_named(tool, joint), angle_deg))
+
+    def take_alternative(self, number: int) -> None:
+        """Pose the tool in one of the other ways that explain the document as well as the fit."""
+        fit = self.tool_fit
+        if fit is not None and number < len(fit.alternatives):
+            self.pose_tool(fit.alternatives[number])
+
+    # From the fit
+
+    def fill_in(self) -> None:
+        """Give the keypoints that nobody can see the positions of the fit."""
+        fit, document = self.tool_fit, self._document
+        if document is None:
+            return
+        if document.method != "keypoints":
+            self.message_posted.emit("Boxes are not filled in; pose mode places the tool as a whole")
+        elif fit is None:
+            self.message_posted.emit("Too few keypoints are placed for a fit of the tool")
+        else:
+            before = self._document
+            self._edit("Fill in from the fit", lambda present: edits.fill_in(present, fit.keypoints_um))
+            if self._document is before:
+                self.message_posted.emit("Nothing to fill in: every keypoint has been placed by you")
+
+    # Against the volume
+
+    @property
+    def is_refining(self) -> bool:
+        """Whether the volume is being read for a refinement."""
+        return self._refining is not None
+
+    def refine(self) -> None:
+        """Polish the tool's pose against the volume; the result is a proposal, see `View.refinement`."""
+        volume, spacing_um, tool, pose = self.volume, self.spacing_um, self.tool, self.settled_pose
+        if volume is None or spacing_um is None or tool is None:
+            return
+        if pose is None or self._document is None or not self.shown_positions_um():
+            self.message_posted.emit("Place keypoints or boxes first: refining begins from their fit")
+            return
+        if self._refining is not None:
+            self.jobs.cancel(self._refining)
+        began = self._document
+        self._refining = self.jobs.start(
+            "Refining against the volume",
+            lambda progress, cancelled: refine_pose(
+                volume, spacing_um, tool, pose, progress=progress, cancelled=cancelled
+            ),
+            done=lambda found: self._on_job_refined(found, began),
+            failed=self._on_job_refining_failed,
+            cancelled=self._on_job_refining_cancelled,
+        )
+
+    def accept_refinement(self) -> None:
+        """Move what is placed to where the refinement proposes it: one edit."""
+        refinement, tool = self._view.refinement, self.tool
+        if refinement is not None and tool is not None:
+            self.look(pose=refinement.pose)
+            self._edit("Refine", lambda document: edits.refine(document, tool, refinement.pose))
+            self.look(refinement=None)
+
+    def reject_refinement(self) -> None:
+        """Leave everything where it is."""
+        self.look(refinement=None)
+
+    def refinement_moves_um(self) -> dict[str, float]:
+        """Return how far each placed keypoint would move if the proposal were accepted, in µm."""
+        refinement, tool = self._view.refinement, self.tool
+        if refinement is None or tool is None:
+            return {}
+        proposed_um = keypoints_um(refinement.pose, tool)
+        return {
+            name: float(np.linalg.norm(np.subtract(proposed_um[name], position_um)))
+            for name, position_um in self.shown_positions_um().items()
+            if name in proposed_um
+        }
+
+    def _pose_by(self, change: Callable[[ToolPose], ToolPose]) -> None:
+        pose = self.settled_pose
+        if self._view.mode != "pose" or pose is None:
+            self.message_posted.emit("In pose mode (B) the keys move the tool as a whole")
+            return
+        self.pose_tool(change(pose))
+
+    def _on_job_refined(self, found: Refinement, began: object) -> None:
+        self._refining = None
+        if self._document is began:
+            self.look(refinement=found)
+            self.message_posted.emit(
+                "Refined: accept (Return) or reject (Esc) the proposal in the pose panel"
+            )
+
+    def _on_job_refining_failed(self, error: Exception) -> None:
+        self._refining = None
+        if isinstance(error, UserError):
+            self.message_posted.emit(str(error))
+        else:
+            self._raise_error(error)
+
+    def _on_job_refining_cancelled(self) -> None:
+        self._refining = None
