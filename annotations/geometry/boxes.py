@@ -95,7 +95,7 @@ def box_between(
 
 
 def box_keypoints_um(boxes: Mapping[str, Box], tool: ToolSpecification) -> dict[str, Vector]:
-    """Return the keypoints at the ends of boxes, given by link; a keypoint of two links is the first one's."""
+    """Return the keypoints at the ends of boxes, given by link; one of two links is the first link's."""
     positions_um: dict[str, Vector] = {}
     for link in tool.links:
         if link.name in boxes:

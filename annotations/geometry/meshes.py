@@ -1,4 +1,4 @@
-"""The tool's surface as triangles, cut by planes and met by rays: what the ghost and the boxes are drawn from."""
+"""The tool's surface as triangles, cut by planes and met by rays: ghost and boxes are drawn from it."""
 
 import math
 from collections.abc import Mapping
@@ -15,6 +15,7 @@ from annotations.geometry.tool import ToolSpecification
 Array = NDArray[np.float64]
 
 _SIDES = 32
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ class Mesh:
             The ends of line segments in µm, in no order; a triangle that only touches the plane gives none.
         """
         height = self.vertices_um[:, axis] - through_um
-        # A vertex on the plane counts as above, so that each edge crosses or does not: nothing is found twice.
+        # A vertex on the plane counts as above, so that each edge crosses or does not: none is found twice.
         above = height[self.triangles] >= 0
         crossed = self.triangles[above.any(axis=1) & ~above.all(axis=1)]
         if not len(crossed):
@@ -61,20 +62,22 @@ class Mesh:
     def first_hit_um(self, origin_um: ArrayLike, direction: ArrayLike) -> float | None:
         """Return the distance in µm along a ray (unit direction) to the surface; None where it is missed.
 
-        T. Möller and B. Trumbore, *Fast, minimum storage ray–triangle intersection*, J. Graphics Tools 2, 1997.
+        T. Möller and B. Trumbore, *Fast, minimum storage ray–triangle intersection*, J. Graphics Tools 2,
+        1997.
         """
         ray = np.asarray(direction, dtype=np.float64)
         corner, second, third = (self.vertices_um[self.triangles[:, index]] for index in range(3))
         first_edge, second_edge = second - corner, third - corner
         across = np.cross(ray, second_edge)
         determinant = np.einsum("ij,ij->i", first_edge, across)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             offset = np.asarray(origin_um, dtype=np.float64) - corner
             u = np.einsum("ij,ij->i", offset, across) / determinant
             beside = np.cross(offset, first_edge)
             v = beside @ ray / determinant
             distance = np.einsum("ij,ij->i", second_edge, beside) / determinant
-            met = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
+            # Rounding must not let a ray through along the edge between two triangles.
+            met = (u >= -_ROUNDING) & (v >= -_ROUNDING) & (u + v <= 1 + _ROUNDING) & (distance > 0)
         return float(distance[met].min()) if met.any() else None
 
 

@@ -1,7 +1,14 @@
+"""Tools to test with, and what Hypothesis draws when it is asked for a `ToolPose` or a `Box`."""
+
+import math
 from collections.abc import Callable
 
+import hypothesis.strategies as st
 import pytest
 
+from annotations.geometry.boxes import Box
+from annotations.geometry.kinematics import ToolPose
+from annotations.geometry.rotations import quaternion
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import parse_tool, shipped_tools
 
@@ -24,6 +31,16 @@ color = "#A0B1C2"
 position = ["tip"]
 orientation = ["hub", "tip"]
 """
+
+positions = st.tuples(*[st.floats(-30_000, 30_000)] * 3)
+rotations = (
+    st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda values: math.hypot(*values) > 1e-3).map(quaternion)
+)
+sizes = st.tuples(*[st.floats(10, 20_000)] * 3)
+angles = st.fixed_dictionaries({"theta1": st.floats(-90, 90), "theta2": st.floats(0, 90)})
+
+st.register_type_strategy(Box, st.builds(Box, positions, sizes, rotations))
+st.register_type_strategy(ToolPose, st.builds(ToolPose, positions, rotations, angles))
 
 
 @pytest.fixture(scope="session")

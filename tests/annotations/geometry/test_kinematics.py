@@ -4,26 +4,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from annotations.geometry.kinematics import ToolPose, keypoints_um, link_frames
+from annotations.geometry.boxes import box_keypoints_um
+from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes, link_frames
 from annotations.geometry.rotations import about_axis, matrix, quaternion
 from annotations.geometry.targets import pose_targets
 from annotations.geometry.tool import ToolSpecification
 
 STRAIGHT = (1.0, 0.0, 0.0, 0.0)
-
-rotations = (
-    st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda values: math.hypot(*values) > 1e-3).map(quaternion)
-)
-positions = st.tuples(*[st.floats(-30_000, 30_000)] * 3)
-poses = st.builds(
-    ToolPose,
-    positions,
-    rotations,
-    st.fixed_dictionaries({"theta1": st.floats(-90, 90), "theta2": st.floats(0, 90)}),
-)
 
 
 def test_a_straight_tool_lies_along_its_own_x(forceps: ToolSpecification) -> None:
@@ -55,7 +44,7 @@ def test_a_joint_turns_its_child_about_the_hinge_right_handed(forceps: ToolSpeci
         assert found[name] == pytest.approx(position_um, abs=1e-9), name
 
 
-@given(pose=poses)
+@given(pose=...)
 def test_the_targets_of_a_posed_tool_are_its_pose(forceps: ToolSpecification, pose: ToolPose) -> None:
     frames = link_frames(pose, forceps)
     hinges = {
@@ -70,27 +59,39 @@ def test_the_targets_of_a_posed_tool_are_its_pose(forceps: ToolSpecification, po
         assert found.signed_angles_deg[name] == pytest.approx(turn_deg, abs=1e-9)
 
 
-@given(pose=poses, shift_um=positions, turn=rotations)
+@given(pose=..., motion=...)
 def test_a_rigid_motion_moves_every_keypoint_rigidly(
-    forceps: ToolSpecification, pose: ToolPose, shift_um: tuple[float, float, float], turn: tuple[float, ...]
+    forceps: ToolSpecification, pose: ToolPose, motion: ToolPose
 ) -> None:
-    motion = Rotation.from_quat(turn, scalar_first=True)
-    turned = motion * Rotation.from_quat(pose.rotation_wxyz, scalar_first=True)
+    turn = Rotation.from_quat(motion.rotation_wxyz, scalar_first=True)
+    turned = turn * Rotation.from_quat(pose.rotation_wxyz, scalar_first=True)
     moved = ToolPose(
-        tuple(motion.apply(pose.position_um) + shift_um),
+        tuple(turn.apply(pose.position_um) + motion.position_um),
         quaternion(turned.as_quat(scalar_first=True)),
         pose.angles_deg,
     )
     found = keypoints_um(moved, forceps)
     for name, position_um in keypoints_um(pose, forceps).items():
-        np.testing.assert_allclose(found[name], motion.apply(position_um) + shift_um, atol=1e-8)
+        np.testing.assert_allclose(found[name], turn.apply(position_um) + motion.position_um, atol=1e-8)
 
 
-@given(pose=poses)
+@given(pose=...)
 def test_links_keep_their_lengths(forceps: ToolSpecification, pose: ToolPose) -> None:
     found = keypoints_um(pose, forceps)
     for link in forceps.links:
         assert math.dist(found[link.base], found[link.tip]) == pytest.approx(link.length_um, rel=1e-12)
+
+
+@given(pose=...)
+def test_the_boxes_of_a_posed_tool_end_at_its_keypoints(forceps: ToolSpecification, pose: ToolPose) -> None:
+    frames, boxes = link_frames(pose, forceps), link_boxes(pose, forceps)
+    assert list(boxes) == ["link0", "link1", "link2"]
+    found = box_keypoints_um(boxes, forceps)
+    for name, position_um in keypoints_um(pose, forceps).items():
+        np.testing.assert_allclose(found[name], position_um, rtol=0, atol=1e-9)
+    for link in forceps.links:
+        assert boxes[link.name].size_um == (link.length_um, *link.cross_section_um)
+        np.testing.assert_allclose(boxes[link.name].axes, frames[link.name].axes, atol=1e-14)
 
 
 def test_a_hinge_lies_between_two_links(forceps: ToolSpecification) -> None:

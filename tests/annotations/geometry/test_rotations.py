@@ -6,7 +6,17 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from annotations.geometry.rotations import Quaternion, about_axis, from_matrix, matrix, quaternion
+from annotations.geometry.rotations import (
+    Quaternion,
+    about_axis,
+    along,
+    from_matrix,
+    from_yaw_pitch_roll,
+    matrix,
+    product,
+    quaternion,
+    yaw_pitch_roll_deg,
+)
 
 components = st.floats(-1.0, 1.0)
 raw_quaternions = st.tuples(*[components] * 4).filter(lambda values: math.hypot(*values) > 1e-3)
@@ -91,6 +101,76 @@ def test_turns_about_an_axis_agree_with_scipy(axis: tuple[float, float, float], 
 
 def test_turns_are_right_handed() -> None:
     np.testing.assert_allclose(matrix(about_axis((0, 0, 1), 90)) @ (1, 0, 0), (0, 1, 0), atol=1e-15)
+
+
+@given(second=raw_quaternions, first=raw_quaternions)
+def test_a_product_turns_by_one_rotation_after_the_other(
+    second: tuple[float, float, float, float], first: tuple[float, float, float, float]
+) -> None:
+    np.testing.assert_allclose(matrix(product(second, first)), matrix(second) @ matrix(first), atol=1e-14)
+
+
+@given(yaw_deg=st.floats(-360, 360), pitch_deg=st.floats(-180, 180), roll_deg=st.floats(-360, 360))
+def test_yaw_pitch_and_roll_agree_with_scipy(yaw_deg: float, pitch_deg: float, roll_deg: float) -> None:
+    expected = Rotation.from_euler("ZYX", (yaw_deg, pitch_deg, roll_deg), degrees=True).as_matrix()
+    np.testing.assert_allclose(
+        matrix(from_yaw_pitch_roll(yaw_deg, pitch_deg, roll_deg)), expected, atol=1e-13
+    )
+
+
+@given(yaw_deg=st.floats(-179.9, 179.9), pitch_deg=st.floats(-89.9, 89.9), roll_deg=st.floats(-179.9, 179.9))
+def test_yaw_pitch_and_roll_are_read_as_they_were_said(
+    yaw_deg: float, pitch_deg: float, roll_deg: float
+) -> None:
+    found = yaw_pitch_roll_deg(from_yaw_pitch_roll(yaw_deg, pitch_deg, roll_deg))
+    assert found == pytest.approx((yaw_deg, pitch_deg, roll_deg), abs=1e-9)
+
+
+@given(raw=raw_quaternions)
+@example(raw=(1.0, 0.0, 1.0, 0.0))
+@example(raw=(1.0, 0.0, -1.0, 0.0))
+@example(raw=(1.0, 1.0, 1.0, 1.0))
+@example(raw=(1.0, -0.3, -1.0, 0.3))
+def test_a_rotation_survives_the_way_through_yaw_pitch_and_roll(
+    raw: tuple[float, float, float, float],
+) -> None:
+    yaw_deg, pitch_deg, roll_deg = yaw_pitch_roll_deg(raw)
+    assert -180 <= yaw_deg <= 180
+    assert -90 <= pitch_deg <= 90
+    assert -180 <= roll_deg <= 180
+    # Where +x is all but vertical, yaw is called 0: that turns nothing by more than its distance from there.
+    found = matrix(from_yaw_pitch_roll(yaw_deg, pitch_deg, roll_deg))
+    np.testing.assert_allclose(found, matrix(raw), atol=3e-9)
+
+
+@pytest.mark.parametrize("pitch_deg", [-90.0, 90.0])
+@pytest.mark.parametrize("roll_deg", [-170.0, -35.0, 0.0, 35.0, 170.0])
+def test_the_yaw_of_a_vertical_rotation_is_called_0(pitch_deg: float, roll_deg: float) -> None:
+    found = yaw_pitch_roll_deg(from_yaw_pitch_roll(0.0, pitch_deg, roll_deg))
+    assert found == pytest.approx((0.0, pitch_deg, roll_deg), abs=1e-9)
+    # A yaw is a roll here: the one turns by what the other one does, about the same vertical.
+    turned = yaw_pitch_roll_deg(from_yaw_pitch_roll(40.0, pitch_deg, roll_deg))
+    assert turned[0] == 0.0
+    assert math.remainder(turned[2] - roll_deg + math.copysign(40.0, pitch_deg), 360) == pytest.approx(0)
+
+
+@given(direction=axes, roll_deg=st.floats(-179, 179))
+@example(direction=(0.0, 0.0, 1.0), roll_deg=30.0)
+@example(direction=(0.0, 0.0, -1.0), roll_deg=30.0)
+@example(direction=(-1e-12, 1e-12, 1.0), roll_deg=30.0)
+@example(direction=(0.0, 1e-7, -1.0), roll_deg=30.0)
+def test_along_a_direction_the_roll_is_the_one_said(
+    direction: tuple[float, float, float], roll_deg: float
+) -> None:
+    rotation = along(direction, roll_deg)
+    unit = np.array(direction) / math.hypot(*direction)
+    np.testing.assert_allclose(matrix(rotation)[:, 0], unit, atol=3e-9)
+    assert yaw_pitch_roll_deg(rotation)[2] == pytest.approx(roll_deg, abs=1e-5)
+
+
+def test_along_nothing_there_is_no_rotation() -> None:
+    with pytest.raises(ValueError, match="direction"):
+        along((0, 0, 0), 30)
 
 
 def test_an_axis_has_a_length() -> None:
