@@ -88,7 +88,11 @@ def write_study(
             content = tool.model_dump(mode="json", by_alias=True, exclude_none=True)
             replace_durably(folder / "tools" / f"{tool.name}.toml", tomli_w.dumps(content).encode())
         study = Study(
-            title=title, tool=tool.name, annotators=(ANNOTATOR, *annotators), volumes=tuple(volumes)
+            title=title,
+            tool=tool.name,
+            methods=("keypoints", "boxes"),
+            annotators=(ANNOTATOR, *annotators),
+            volumes=tuple(volumes),
         )
         save_study(study, folder)
     except BaseException:

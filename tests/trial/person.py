@@ -1,0 +1,163 @@
+"""A simulated annotator at a real window: mouse and keys only, with an unsteady hand and imperfect eyes."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from annotations.geometry.frames import Vector, vector
+from annotator.session.handles import Handle
+from annotator.slices.slice_view import SliceView
+from annotator.window.main_window import MainWindow
+
+# The keystroke-level model (S. K. Card, T. P. Moran, A. Newell, Comm. ACM 23, 1980): pointing 1.1 s, pressing or
+# releasing a button 0.1 s, a key 0.28 s, thinking before each gesture 1.35 s. A notch of the wheel: 0.1 s.
+SECONDS = {"click": 1.35 + 1.1 + 0.2, "drag": 1.35 + 2 * 1.1 + 0.2, "key": 1.35 + 0.28, "notch": 0.1}
+HAND_PX = 0.7
+"""Standard deviation of where a click lands, per axis of the screen."""
+EYE_UM = 50.0
+"""Standard deviation of where the annotator believes a point to be, per axis of the volume."""
+_NONE, _LEFT = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton
+
+
+class Person:
+    """Points, drags, scrolls and presses keys; counts what was done.
+
+    Attributes
+    ----------
+    done : Counter
+        How often each kind of gesture of `SECONDS` was made.
+    """
+
+    def __init__(self, window: MainWindow, seed: int) -> None:
+        self._window = window
+        self._session = window.session
+        self._rng = np.random.default_rng(seed)
+        self.done: Counter[str] = Counter()
+
+    @property
+    def seconds(self) -> float:
+        """Time that the gestures would take a person."""
+        return sum(SECONDS[kind] * count for kind, count in self.done.items())
+
+    @property
+    def gestures(self) -> int:
+        """Clicks, drags and keys; scrolling is no click."""
+        return sum(count for kind, count in self.done.items() if kind != "notch")
+
+    def see(self, positions_um: Mapping[str, Vector]) -> dict[str, Vector]:
+        """Return where the annotator believes these positions to be."""
+        return {
+            name: vector(np.asarray(position_um) + self._rng.normal(0, EYE_UM, 3))
+            for name, position_um in positions_um.items()
+        }
+
+    def press(self, key: Qt.Key, modifiers: Qt.KeyboardModifier = _NONE) -> None:
+        """Press a key over the slices."""
+        self.done["key"] += 1
+        QTest.keyClick(QApplication.focusWidget() or self._window, key, modifiers)
+        self._settle()
+
+    def click(self, axis: int, position_um: Vector) -> None:
+        """Click a slice where a position is seen, projected onto it."""
+        self.done["click"] += 1
+        QTest.mouseClick(self._slice(axis), _LEFT, _NONE, self._pixel(axis, position_um, unsteady=True))
+        self._settle()
+
+    def drag(self, axis: int, start_um: Vector, end_um: Vector) -> None:
+        """Drag what is at one position of a slice to another."""
+        self.done["drag"] += 1
+        view = self._slice(axis)
+        start, end = self._pixel(axis, start_um), self._pixel(axis, end_um, unsteady=True)
+        QTest.mousePress(view, _LEFT, _NONE, start)
+        for share in (0.25, 0.5, 0.75, 1.0):
+            self._move(view, start + (end - start) * share)
+        QTest.mouseRelease(view, _LEFT, _NONE, end)
+        self._settle()
+
+    def scroll_to(self, axis: int, through_um: float) -> None:
+        """Turn the wheel on a slice until it shows the plane through a coordinate."""
+        view = self._slice(axis)
+        assert view.viewport is not None
+        wanted = view.viewport.plane.index([through_um] * 3)
+        tens, ones = divmod(abs(wanted - view.index), 10)
+        away = -1 if wanted > view.index else 1
+        for count, modifier in ((tens, Qt.KeyboardModifier.ShiftModifier), (ones, _NONE)):
+            for _ in range(count):
+                self.done["notch"] += 1
+                self._turn_wheel(view, 120 * away, modifier)
+        self._settle()
+
+    def adjust(
+        self,
+        handles: Callable[[], Mapping[str, Vector]],
+        wanted_um: Mapping[str, Vector],
+        order: Sequence[str],
+        *,
+        close_um: float = 60.0,
+        rounds: int = 3,
+    ) -> None:
+        """Drag handles, in an order, to where they are wanted, until they are close or the patience is out.
+
+        Each is dragged in the slice in which it is farthest from there.
+        """
+        for _ in range(rounds):
+            dragged = False
+            for name in order:
+                for _ in range(2):
+                    here = np.asarray(handles()[name])
+                    way = np.asarray(wanted_um[name]) - here
+                    axis = int(np.argmin(np.abs(way)))
+                    # In the slice across the axis along which there is least to go.
+                    if math.hypot(*np.delete(way, axis)) < close_um:
+                        break
+                    self.scroll_to(axis, float(here[axis]))
+                    self.drag(axis, vector(here), vector(here + way))
+                    dragged = True
+            if not dragged:
+                return
+
+    def _slice(self, axis: int) -> SliceView:
+        return self._window.slices[axis]
+
+    def _pixel(self, axis: int, position_um: Vector, *, unsteady: bool = False) -> QPoint:
+        viewport = self._slice(axis).viewport
+        assert viewport is not None
+        place = np.asarray(viewport.pixel(position_um))
+        if unsteady:
+            place = place + self._rng.normal(0, HAND_PX, 2)
+        return QPoint(round(place[0]), round(place[1]))
+
+    def _move(self, view: SliceView, at: QPoint) -> None:
+        local = QPointF(at)
+        event = QMouseEvent(
+            QEvent.Type.MouseMove, local, QPointF(view.mapToGlobal(local)), _LEFT, _LEFT, _NONE
+        )
+        QApplication.sendEvent(view, event)
+
+    def _turn_wheel(self, view: SliceView, angle: int, modifier: Qt.KeyboardModifier) -> None:
+        local = QPointF(view.rect().center())
+        event = QWheelEvent(
+            local,
+            QPointF(view.mapToGlobal(local)),
+            QPoint(),
+            QPoint(0, angle),
+            Qt.MouseButton.NoButton,
+            modifier,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+        QApplication.sendEvent(view, event)
+
+    def _settle(self) -> None:
+        QApplication.processEvents()
+
+
+def positions_of(handles: Sequence[Handle]) -> dict[str, Vector]:
+    """Return where handles are, by their names."""
+    return {handle.name: handle.position_um for handle in handles}
