@@ -29,8 +29,8 @@ def truth_annotation(scene: Scene, volume: VolumeReference) -> Annotation:
 
     Their source is ``synthesized``: exact, and not judged by a person. A keypoint is ``out_of_view`` outside
     the volume; ``occluded`` where the light ends more than the link's thickness above it (another link lies
-    over it, or its own stands upright) or the signal ends before; ``placed`` otherwise; and ``unplaced`` where
-    it ends no link.
+    over it, or its own stands upright) or the signal ends before; ``placed`` otherwise; and ``unplaced``
+    where it ends no link.
     """
     document = new_annotation(volume, scene.tool, ANNOTATOR, "keypoints", ships=ships(scene.tool))
     positions_um = keypoints_um(scene.pose, scene.tool)

@@ -102,14 +102,24 @@ class Bench:
 
     def measure(self) -> None:
         """Time edits, camera frames and slices."""
+        from annotations.geometry.kinematics import ToolPose
+        from annotations.geometry.rotations import about_axis
+
         session, scene = self.session, self.window.scene
         assert session.volume is not None
         assert session.spacing_um is not None
         spacing_um = session.spacing_um
         middle_um = session.view.crosshair_um
-        for number in range(6):
-            session.place((middle_um[0] + 500 * number, middle_um[1], middle_um[2] - 2000))
+        session.pose_tool(ToolPose(middle_um, about_axis((0, 0, 1), 90.0), {"theta1": 30.0, "theta2": 20.0}))
         scene.picture()
+
+        def drag(step: int) -> None:
+            session.begin_preview("k5", (middle_um[0] + 50 * step, middle_um[1], middle_um[2]), "dragged")
+
+        self.median("fit_ms", drag, lambda: (session.tool_fit, None)[1])
+        # With the fit, its ghost, residuals and pose: everything that moves with a keypoint.
+        self.median("drag_to_frame_ms", drag, self.draw_scene)
+        session.drop_preview()
         self.median(
             "edit_to_frame_ms",
             lambda step: session.type_position("k0", (middle_um[0], middle_um[1] + 50 * step, middle_um[2])),

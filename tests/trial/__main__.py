@@ -1,8 +1,8 @@
 """Compares keypoints, boxes and pose mode: ``python -m tests.trial [--count N] [--seed S]``.
 
-Synthesises a study whose truth is known, opens it in the real window, and lets a simulated annotator work with
-mouse and keys alone. Needs a display: without one, put ``xvfb-run -a -s "-screen 0 1600x1000x24"`` before the
-command. Prints a table on standard error and one JSON object on standard output.
+Synthesises a study whose truth is known, opens it in the real window, and lets a simulated annotator work
+with mouse and keys alone. Needs a display: without one, put ``xvfb-run -a -s "-screen 0 1600x1000x24"``
+before the command. Prints a table on standard error and one JSON object on standard output.
 """
 
 import argparse

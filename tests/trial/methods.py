@@ -23,7 +23,7 @@ def by_keypoints(person: Person, session: Session, truth: ToolPose, tool: ToolSp
 
 
 def by_boxes(person: Person, session: Session, truth: ToolPose, tool: ToolSpecification) -> None:
-    """Click both ends of each link from above, then drag its ends to their depth and turn it about its axis."""
+    """Click both ends of each link from above, then drag them to their depth and turn the box about its axis."""
     person.press(Qt.Key.Key_P)
     boxes = link_boxes(truth, tool)
     for number, link in enumerate(tool.links):

@@ -15,8 +15,8 @@ from annotator.session.handles import Handle
 from annotator.slices.slice_view import SliceView
 from annotator.window.main_window import MainWindow
 
-# The keystroke-level model (S. K. Card, T. P. Moran, A. Newell, Comm. ACM 23, 1980): pointing 1.1 s, pressing or
-# releasing a button 0.1 s, a key 0.28 s, thinking before each gesture 1.35 s. A notch of the wheel: 0.1 s.
+# The keystroke-level model (S. K. Card, T. P. Moran, A. Newell, Comm. ACM 23, 1980): pointing 1.1 s, pressing
+# or releasing a button 0.1 s, a key 0.28 s, thinking before each gesture 1.35 s. A notch of the wheel: 0.1 s.
 SECONDS = {"click": 1.35 + 1.1 + 0.2, "drag": 1.35 + 2 * 1.1 + 0.2, "key": 1.35 + 0.28, "notch": 0.1}
 HAND_PX = 0.7
 """Standard deviation of where a click lands, per axis of the screen."""
