@@ -133,6 +133,31 @@ def refine(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Ann
     return document
 
 
+def relabel(document: Annotation, right_names: Mapping[str, str]) -> Annotation:
+    """Give keypoints that were taken for each other their right names, with all that was said of them.
+
+    Parameters
+    ----------
+    right_names : mapping of str to str
+        For each keypoint that was taken for another, by its present name, the name of that other one. They
+        change places among themselves.
+    """
+    if set(right_names) != set(right_names.values()):
+        raise EditRefused(
+            f"{', '.join(sorted(right_names))} cannot change places: "
+            "each of them must get the name of exactly one other"
+        )
+    present = {name: _unlocked(document, name) for name in right_names}
+    for name, part in present.items():
+        if not isinstance(part, KeypointAnnotation):
+            raise EditRefused(f"{name} is a box in this document, and boxes do not change places")
+    for name, right_name in right_names.items():
+        moved, part = present[name], document.part(right_name)
+        fields = moved.model_dump(include={"state", "position_um", "certainty", "source"})
+        document = _with_part(document, part, **fields)
+    return document
+
+
 def set_state(document: Annotation, name: str, state: State) -> Annotation:
     """Say how a keypoint or a box is seen. ``unplaced`` removes it; every other state needs a place."""
     if state == "unplaced":

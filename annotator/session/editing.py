@@ -1,5 +1,6 @@
 """The session's editing: choosing a part, placing and moving keypoints, and saying more about a part."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -211,6 +212,15 @@ class SessionEditing(SessionBody):
     def clear(self, name: str) -> None:
         """Take a part away."""
         self._edit(f"Clear {name}", lambda document: edits.clear(document, name))
+
+    def relabel(self, right_names: Mapping[str, str]) -> None:
+        """Give keypoints that were taken for each other their right names, see `edits.relabel`: one edit."""
+        words = "Swap" if len(right_names) == 2 else "Relabel"
+        *others, last = right_names
+        self._edit(
+            f"{words} {', '.join(others)} and {last}",
+            lambda document: edits.relabel(document, right_names),
+        )
 
     def _next_unplaced(self) -> str | None:
         if self._document is None:

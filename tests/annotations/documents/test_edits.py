@@ -23,6 +23,7 @@ from annotations.documents.edits import (
     lock,
     place_box,
     place_keypoint,
+    relabel,
     set_certainty,
     set_state,
     set_status,
@@ -194,6 +195,28 @@ def test_a_lock_is_for_its_keypoint_alone(document: Annotation) -> None:
     assert set_status(locked, "done").status == "done"
 
 
+def test_relabelling_takes_along_all_that_was_said_of_a_keypoint(document: Annotation) -> None:
+    said = set_state(place_keypoint(document, "k2", HERE_UM, "clicked"), "k2", "occluded")
+    said = place_keypoint(set_certainty(said, "k2", "unsure"), "k4", THERE_UM, "typed")
+    round_about = relabel(said, {"k2": "k4", "k4": "k1", "k1": "k2"})
+    assert round_about.keypoint("k4") == changed(said.keypoint("k2"), name="k4")
+    assert round_about.keypoint("k1") == changed(said.keypoint("k4"), name="k1")
+    assert round_about.keypoint("k2") == KeypointAnnotation(name="k2")
+    assert [part.name for part in round_about.parts] == [part.name for part in said.parts]
+    swap = {"k2": "k4", "k4": "k2"}
+    assert relabel(relabel(said, swap), swap) == said
+
+
+def test_a_relabelling_that_is_none_is_refused(document: Annotation, by_boxes: Annotation) -> None:
+    placed = place_keypoint(document, "k2", HERE_UM, "clicked")
+    with pytest.raises(EditRefused, match="k2 cannot change places"):
+        relabel(placed, {"k2": "k4"})
+    with pytest.raises(EditRefused, match=r"keypoint k2 is locked\. Unlock it to change it"):
+        relabel(lock(placed, "k2", True), {"k2": "k4", "k4": "k2"})
+    with pytest.raises(EditRefused, match="link1 is a box in this document"):
+        relabel(by_boxes, {"link1": "link2", "link2": "link1"})
+
+
 def test_an_unknown_keypoint_is_refused(document: Annotation) -> None:
     for edit in (
         partial(place_keypoint, name="k9", position_um=HERE_UM, source="clicked"),
@@ -201,6 +224,7 @@ def test_an_unknown_keypoint_is_refused(document: Annotation) -> None:
         partial(set_certainty, name="k9", certainty="unsure"),
         partial(clear, name="k9"),
         partial(lock, name="k9", locked=True),
+        partial(relabel, right_names={"k9": "k1", "k1": "k9"}),
     ):
         with pytest.raises(EditRefused, match="no keypoint 'k9'; the document has k0, k1, k2, k3, k4, k5"):
             edit(document)

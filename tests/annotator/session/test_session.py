@@ -104,6 +104,19 @@ def test_a_locked_keypoint_refuses_every_move(qtbot: QtBot, session: Session) ->
         assert session.view.preview is None
 
 
+def test_a_relabelling_is_one_edit_that_says_what_it_is(session: Session) -> None:
+    session.place((1.0, 2.0, 3.0), keypoint="k2")
+    session.place((4.0, 5.0, 6.0), keypoint="k3")
+    session.relabel({"k2": "k3", "k3": "k2"})
+    assert session.shown_positions_um() == {"k2": (4.0, 5.0, 6.0), "k3": (1.0, 2.0, 3.0)}
+    assert session.undo_stack.undoText() == "Swap k2 and k3"
+    session.relabel({"k2": "k0", "k3": "k2", "k0": "k3"})
+    assert session.undo_stack.undoText() == "Relabel k2, k3 and k0"
+    session.undo_stack.undo()
+    session.undo_stack.undo()
+    assert session.shown_positions_um() == {"k2": (1.0, 2.0, 3.0), "k3": (4.0, 5.0, 6.0)}
+
+
 def test_nudging_moves_by_voxels(session: Session) -> None:
     session.place((100.0, 100.0, 100.0))
     session.activate("k0")

@@ -21,6 +21,12 @@ edits = st.one_of(
     st.tuples(st.just("set_certainty"), names, st.sampled_from(["sure", "unsure"])),
     st.tuples(st.just("set_locked"), names, st.booleans()),
     st.tuples(st.just("clear"), names),
+    st.tuples(
+        st.just("relabel"),
+        st.permutations(["k0", "k1", "k4"]).map(
+            lambda right: dict(zip(["k0", "k1", "k4"], right, strict=True))
+        ),
+    ),
     st.tuples(st.just("activate"), names),
     st.tuples(st.just("undo")),
     st.tuples(st.just("redo")),
