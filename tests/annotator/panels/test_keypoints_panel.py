@@ -48,7 +48,7 @@ def click(qtbot: QtBot, table: QTableView, row: int, column: Column) -> None:
 def begin_editing(qtbot: QtBot, table: QTableView, row: int, column: Column) -> QLineEdit:
     click(qtbot, table, row, column)
     qtbot.mouseDClick(table.viewport(), LEFT, pos=cell(table, row, column))
-    editor = table.findChild(QLineEdit, "keypoint_coordinate_editor")
+    editor = table.findChild(QLineEdit, "number_editor")
     assert isinstance(editor, QLineEdit)
     return editor
 
@@ -127,15 +127,15 @@ def test_leaving_a_cell_with_wrong_text_changes_nothing_and_says_so(
 def test_a_locked_cell_opens_no_editor(qtbot: QtBot, session: Session, table: QTableView) -> None:
     session.set_locked("k0", True)
     qtbot.mouseDClick(table.viewport(), LEFT, pos=cell(table, 0, Column.X))
-    assert table.findChild(QLineEdit, "keypoint_coordinate_editor") is None
+    assert table.findChild(QLineEdit, "number_editor") is None
     click(qtbot, table, 0, Column.STATE)
-    assert table.findChild(QComboBox, "keypoint_state_editor") is None
+    assert table.findChild(QComboBox, "state_editor") is None
 
 
 @pytest.mark.qt_log_ignore(OFFSCREEN)
 def test_a_state_is_chosen_from_a_list(qtbot: QtBot, session: Session, table: QTableView) -> None:
     click(qtbot, table, 0, Column.STATE)
-    editor = table.findChild(QComboBox, "keypoint_state_editor")
+    editor = table.findChild(QComboBox, "state_editor")
     assert isinstance(editor, QComboBox)
     assert editor.currentData() == "placed"
     view = editor.view()
@@ -224,15 +224,15 @@ def test_a_list_of_states_that_is_closed_leaves_nothing_behind(
     qtbot: QtBot, session: Session, table: QTableView
 ) -> None:
     click(qtbot, table, 0, Column.STATE)
-    editor = table.findChild(QComboBox, "keypoint_state_editor")
+    editor = table.findChild(QComboBox, "state_editor")
     assert isinstance(editor, QComboBox)
     qtbot.waitUntil(editor.view().isVisible)
     qtbot.keyClick(editor.view(), Qt.Key.Key_Escape)
-    qtbot.waitUntil(lambda: table.findChild(QComboBox, "keypoint_state_editor") is None)
+    qtbot.waitUntil(lambda: table.findChild(QComboBox, "state_editor") is None)
     assert session.document is not None
     assert session.document.keypoint("k0").state == "placed"
 
 
 def test_a_right_click_on_a_state_opens_nothing(qtbot: QtBot, table: QTableView) -> None:
     qtbot.mouseClick(table.viewport(), Qt.MouseButton.RightButton, pos=cell(table, 0, Column.STATE))
-    assert table.findChild(QComboBox, "keypoint_state_editor") is None
+    assert table.findChild(QComboBox, "state_editor") is None

@@ -1,4 +1,4 @@
-"""How cells of the keypoint table are edited: a list of states, coordinates as text, a cross to clear."""
+"""How cells of the tables of parts are edited: a list of states, numbers as text, a cross to clear."""
 
 from typing import Any
 
@@ -15,14 +15,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotator.panels.keypoints_model import SHORT_STATES, STATES, Column, Index, KeypointsModel
+from annotator.panels.parts_model import SHORT_STATES, STATES, Index, PartsModel
 from annotator.panels.quiet_inputs import QuietComboBox
 
 _KEEPING_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Tab, Qt.Key.Key_Backtab)
 
 
 class NameDelegate(QStyledItemDelegate):
-    """Shows a keypoint's name with its label, or the name alone where there is no room for both."""
+    """Shows a part's name with its label, or the name alone where there is no room for both."""
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
@@ -56,7 +56,7 @@ class StateBox(QuietComboBox):
 
 
 class StateDelegate(QStyledItemDelegate):
-    """Chooses a keypoint's state from a list that opens at once; the choice is kept when it is made."""
+    """Chooses a part's state from a list that opens at once; the choice is kept when it is made."""
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
@@ -66,7 +66,7 @@ class StateDelegate(QStyledItemDelegate):
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QComboBox:
         editor = StateBox(parent)
-        editor.setObjectName("keypoint_state_editor")
+        editor.setObjectName("state_editor")
         editor.setAccessibleName("State")
         for state in STATES:
             editor.addItem(state.replace("_", " "), state)
@@ -94,17 +94,20 @@ class StateDelegate(QStyledItemDelegate):
             self.closeEditor.emit(editor, QAbstractItemDelegate.EndEditHint.NoHint)
 
 
-class CoordinateDelegate(QStyledItemDelegate):
-    """Edits a coordinate as text. Wrong text is explained and stays open; Esc gives it up."""
+class NumberDelegate(QStyledItemDelegate):
+    """Edits a number as text. Wrong text is explained and stays open; Esc gives it up."""
 
-    def __init__(self, model: KeypointsModel, parent: QObject | None = None) -> None:
+    def __init__(self, model: PartsModel[Any], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._model = model
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QLineEdit:
         editor = QLineEdit(parent)
-        editor.setObjectName("keypoint_coordinate_editor")
-        editor.setAccessibleName(f"{self._model.name(index.row())} along {'xyz'[index.column() - Column.X]}")
+        editor.setObjectName("number_editor")
+        title = self._model.headerData(
+            index.column(), Qt.Orientation.Horizontal, Qt.ItemDataRole.AccessibleTextRole
+        )
+        editor.setAccessibleName(f"{self._model.name(index.row())}: {title}")
         editor.setAlignment(Qt.AlignmentFlag.AlignRight)
         editor.setProperty("row", index.row())
         editor.setProperty("column", index.column())
@@ -136,11 +139,15 @@ class CoordinateDelegate(QStyledItemDelegate):
 
 
 class ClearDelegate(QStyledItemDelegate):
-    """Draws a small cross, faint where there is nothing to clear; the panel answers the click."""
+    """Draws a small cross, faint where there is nothing to clear; the table answers the click."""
+
+    def __init__(self, state_column: int, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._state_column = state_column
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Any) -> None:
         super().paint(painter, option, index)
-        state = index.siblingAtColumn(Column.STATE)
+        state = index.siblingAtColumn(self._state_column)
         placed = state.data(Qt.ItemDataRole.EditRole) != "unplaced"
         clearable = placed and bool(state.flags() & Qt.ItemFlag.ItemIsEditable)
         group = option.palette.ColorGroup.Active if clearable else option.palette.ColorGroup.Disabled

@@ -1,0 +1,357 @@
+"""What the tables of keypoints and of boxes have in common: a row a part, judged, locked, cleared alike."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Generic, Literal, TypeVar
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt, Signal, Slot
+from PySide6.QtGui import QColor, QFont, QGuiApplication, QIcon, QPainter, QPixmap
+
+from annotations.documents.annotation import Annotation, Part
+from annotations.geometry.tool import Link
+from annotator.looks import theme
+from annotator.looks.icons import icon
+from annotator.looks.typed_numbers import NotUnderstood
+from annotator.session import Session
+from annotator.session.view import View
+
+Index = QModelIndex | QPersistentModelIndex
+_ROOT = QModelIndex()
+_KEYS = 9
+
+SHORT_STATES = {"occluded": "occl.", "out of view": "out", "unplaced": "–"}
+"""Where there is no room for the words."""
+
+STATES = ("placed", "occluded", "out_of_view", "unplaced")
+
+ColumnKind = Literal["name", "number", "state", "sure", "lock", "clear", "source"]
+_ICONS: dict[ColumnKind, str] = {"sure": "sure", "lock": "lock"}
+
+P = TypeVar("P", bound=Part)
+
+
+@dataclass(frozen=True)
+class PartColumn:
+    """What a column shows: numbers are the model's own, the other kinds are the same for all parts."""
+
+    kind: ColumnKind
+    title: str
+    explanation: str
+
+
+class PartsModel(QAbstractTableModel, Generic[P]):
+    """One row a part of the open document, a part on its way in place of the document's own.
+
+    A model of keypoints or of boxes says which columns there are and what their numbers are.
+
+    Signals
+    -------
+    not_understood : str
+        Typed text was refused, and why; nothing has changed.
+    """
+
+    not_understood = Signal(str)
+
+    def __init__(
+        self, session: Session, columns: tuple[PartColumn, ...], parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._columns = columns
+        self._document = session.document
+        session.document_changed.connect(self._on_session_document_changed)
+        session.view_changed.connect(self._on_session_view_changed)
+        session.volume_changed.connect(self._on_session_volume_changed)
+
+    def name(self, row: int) -> str:
+        """Return the name of the part in a row."""
+        return self._part(row).name
+
+    def row(self, name: str | None) -> int | None:
+        """Return the row of a part, or None."""
+        names = [part.name for part in self._parts()]
+        return names.index(name) if name in names else None
+
+    def columns_of(self, *kinds: ColumnKind) -> tuple[int, ...]:
+        """Return the columns of some kinds, from left to right."""
+        return tuple(number for number, column in enumerate(self._columns) if column.kind in kinds)
+
+    def rowCount(self, parent: Index = _ROOT) -> int:
+        return 0 if parent.isValid() else len(self._parts())
+
+    def columnCount(self, parent: Index = _ROOT) -> int:
+        return 0 if parent.isValid() else len(self._columns)
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        if orientation == Qt.Orientation.Vertical:
+            if role == Qt.ItemDataRole.DisplayRole:
+                return str(section + 1) if section < _KEYS else ""
+            if role == Qt.ItemDataRole.ToolTipRole and section < _KEYS:
+                return f"Key {section + 1} makes {self.name(section)} the active one"
+            return None
+        kind, title = self._columns[section].kind, self._columns[section].title
+        match role:
+            case Qt.ItemDataRole.DisplayRole if kind not in _ICONS and kind != "clear":
+                return f"{title} / {self._unit_text()}" if kind == "number" else title
+            case Qt.ItemDataRole.DecorationRole if kind in _ICONS:
+                return icon(_ICONS[kind], QGuiApplication.palette())
+            case Qt.ItemDataRole.AccessibleTextRole:
+                return title
+            case Qt.ItemDataRole.ToolTipRole:
+                return self._columns[section].explanation
+            case Qt.ItemDataRole.TextAlignmentRole:
+                if kind == "state" or kind in _ICONS:
+                    return Qt.AlignmentFlag.AlignCenter
+                side = Qt.AlignmentFlag.AlignRight if kind == "number" else Qt.AlignmentFlag.AlignLeft
+                return side | Qt.AlignmentFlag.AlignVCenter
+            case Qt.ItemDataRole.ForegroundRole if kind == "number":
+                return self._title_color(section)
+        return None
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        if not index.isValid():
+            return Qt.ItemFlag.NoItemFlags
+        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        part, kind = self._part(index.row()), self._columns[index.column()].kind
+        if kind == "lock" or (kind == "sure" and not part.locked):
+            return flags | Qt.ItemFlag.ItemIsUserCheckable
+        is_typed = kind == "state" or (kind == "number" and self._takes_number(part, index.column()))
+        return flags | Qt.ItemFlag.ItemIsEditable if is_typed and not part.locked else flags
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if not index.isValid():
+            return None
+        part, column = self._part(index.row()), index.column()
+        kind = self._columns[column].kind
+        match role:
+            case Qt.ItemDataRole.DisplayRole:
+                return self._text(part, column)
+            case Qt.ItemDataRole.EditRole:
+                return self._edit_text(part, column)
+            case Qt.ItemDataRole.CheckStateRole if kind in ("sure", "lock"):
+                checked = part.certainty == "sure" if kind == "sure" else part.locked
+                return Qt.CheckState.Checked if checked else Qt.CheckState.Unchecked
+            case Qt.ItemDataRole.DecorationRole if kind == "name":
+                link = self._link(part.name)
+                muted = theme.colors(QGuiApplication.palette()).muted
+                return _swatch(QColor(link.color) if link else muted, hollow=part.state == "unplaced")
+            case Qt.ItemDataRole.TextAlignmentRole if kind == "number":
+                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            case Qt.ItemDataRole.TextAlignmentRole if kind == "state":
+                return Qt.AlignmentFlag.AlignCenter
+            case Qt.ItemDataRole.ForegroundRole:
+                return self._foreground(part, column)
+            case Qt.ItemDataRole.FontRole:
+                return self._font(part, column)
+            case Qt.ItemDataRole.ToolTipRole:
+                return self._tooltip(part, column)
+            case Qt.ItemDataRole.AccessibleTextRole:
+                return self._accessible_text(part, column)
+        return None
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        if not index.isValid():
+            return False
+        part, kind = self._part(index.row()), self._columns[index.column()].kind
+        if role == Qt.ItemDataRole.CheckStateRole:
+            checked = Qt.CheckState(value) == Qt.CheckState.Checked
+            if kind == "sure":
+                self._session.set_certainty(part.name, "sure" if checked else "unsure")
+            elif kind == "lock":
+                self._session.set_locked(part.name, checked)
+            return kind in ("sure", "lock")
+        if role != Qt.ItemDataRole.EditRole:
+            return False
+        if kind == "state":
+            if value != part.state:
+                self._session.set_state(part.name, value)
+            return True
+        return kind == "number" and self._type(part, index.column(), str(value))
+
+    def refusal(self, row: int, column: int, text: str) -> str:
+        """Say what is wrong with text typed into a number's cell; empty if nothing is."""
+        part = self._part(row)
+        if text == self._edit_text(part, column):
+            return ""
+        try:
+            self._wish(part, column, text)
+        except NotUnderstood as error:
+            return str(error)
+        return ""
+
+    # What keypoints and boxes say each in their own way
+
+    def _parts_of(self, document: Annotation) -> tuple[P, ...]:
+        """Return the parts of a document that have rows; none where it is of the other method."""
+        raise NotImplementedError
+
+    def _unit_text(self) -> str:
+        """Return the unit of the numbers as headings have it."""
+        raise NotImplementedError
+
+    def _title_color(self, column: int) -> QColor | None:
+        """Return the colour of a number's heading."""
+        return None
+
+    def _label(self, part: P) -> str:
+        """Return what a part is called besides its name."""
+        raise NotImplementedError
+
+    def _link(self, name: str) -> Link | None:
+        """Return the link whose colour a part has."""
+        raise NotImplementedError
+
+    def _number(self, part: P, column: int, *, exact: bool) -> str:
+        """Return a number as shown, or with the digits that a person edits; empty where there is none."""
+        raise NotImplementedError
+
+    def _takes_number(self, part: P, column: int) -> bool:
+        """Say whether a number can be typed where the part is not locked."""
+        return True
+
+    def _wish(self, part: P, column: int, text: str) -> Callable[[], object]:
+        """Return what asks the session for a number that was typed; NotUnderstood where it is none."""
+        raise NotImplementedError
+
+    def _number_tooltip(self, part: P, column: int) -> str:
+        raise NotImplementedError
+
+    def _number_color(self, part: P) -> QColor | None:
+        """Return the colour of a part's numbers where they call for a look."""
+        return None
+
+    def _source_on_its_way(self, part: P) -> str | None:
+        """Return how a place that is not in the document yet comes about; None for all others."""
+        raise NotImplementedError
+
+    def _touched(self, before: View, after: View) -> set[str | None]:
+        """Return the names of the parts, besides the active ones, that a change of the view has changed."""
+        raise NotImplementedError
+
+    # The same for both
+
+    def _type(self, part: P, column: int, text: str) -> bool:
+        # What is shown is rounded; leaving it as it is must not round the number.
+        if text == self._edit_text(part, column):
+            return True
+        try:
+            wish = self._wish(part, column, text)
+        except NotUnderstood as error:
+            self.not_understood.emit(f"{part.name}: {error}. Nothing was changed.")
+            return False
+        wish()
+        return True
+
+    def _text(self, part: P, column: int) -> str:
+        match self._columns[column].kind:
+            case "name":
+                label = self._label(part)
+                return f"{part.name}  {label}" if label else part.name
+            case "number":
+                return self._number(part, column, exact=False) or "—"
+            case "state":
+                return part.state.replace("_", " ")
+            case "source":
+                coming = self._source_on_its_way(part)
+                return f"{coming}…" if coming else part.source or ""
+        return ""
+
+    def _edit_text(self, part: P, column: int) -> str:
+        match self._columns[column].kind:
+            case "name":
+                return part.name
+            case "number":
+                return self._number(part, column, exact=True)
+            case "state":
+                return part.state
+        return ""
+
+    def _foreground(self, part: P, column: int) -> QColor | None:
+        kind, colors = self._columns[column].kind, theme.colors(QGuiApplication.palette())
+        color = self._number_color(part) if kind == "number" else None
+        if color is not None:
+            return color
+        return colors.muted if kind == "source" or (kind != "name" and part.state == "unplaced") else None
+
+    def _font(self, part: P, column: int) -> QFont | None:
+        kind, font = self._columns[column].kind, QFont()
+        font.setBold(kind == "name" and part.name == self._session.view.active_part)
+        font.setItalic(kind in ("number", "source") and self._source_on_its_way(part) is not None)
+        return font if font.bold() or font.italic() else None
+
+    def _tooltip(self, part: P, column: int) -> str:
+        kind = self._columns[column].kind
+        if kind == "lock":
+            return "Unlock it to change it" if part.locked else "Lock it against every change"
+        if part.locked:
+            return f"{part.name} is locked: unlock it to change it"
+        if kind == "number":
+            return self._number_tooltip(part, column)
+        return self._text(part, column) if kind == "name" else self._columns[column].explanation
+
+    def _accessible_text(self, part: P, column: int) -> str:
+        match self._columns[column].kind:
+            case "clear":
+                return f"Clear {part.name}"
+            case "sure":
+                return part.certainty
+            case "lock":
+                return "locked" if part.locked else "not locked"
+        return self._text(part, column)
+
+    def _parts(self) -> tuple[P, ...]:
+        return () if self._document is None else self._parts_of(self._document)
+
+    def _part(self, row: int) -> P:
+        return self._parts()[row]
+
+    def _redraw(self, rows: Iterable[int]) -> None:
+        for row in rows:
+            self.dataChanged.emit(self.index(row, 0), self.index(row, self.columnCount() - 1))
+
+    def _reset(self) -> None:
+        self.beginResetModel()
+        self._document = self._session.document
+        self.endResetModel()
+
+    def _names(self, document: Annotation | None) -> tuple[str, ...]:
+        return () if document is None else tuple(part.name for part in self._parts_of(document))
+
+    @Slot(object, object)
+    def _on_session_document_changed(self, before: Annotation | None, after: Annotation | None) -> None:
+        if self._names(before) != self._names(after) or self._names(self._document) != self._names(after):
+            self._reset()
+            return
+        known = self._parts()
+        self._document = after
+        self._redraw([row for row, part in enumerate(self._parts()) if part != known[row]])
+
+    @Slot(object, object)
+    def _on_session_view_changed(self, before: View, after: View) -> None:
+        touched = self._touched(before, after)
+        if before.active_part != after.active_part:
+            touched |= {before.active_part, after.active_part}
+        self._redraw(row for row in map(self.row, touched) if row is not None)
+
+    @Slot()
+    def _on_session_volume_changed(self) -> None:
+        self._reset()
+
+
+def _swatch(color: QColor, *, hollow: bool) -> QIcon:
+    """Return a disc in a link's colour; a ring for a part that is not placed."""
+    side = 32
+    pixmap = QPixmap(side, side)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(pixmap)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    pen = painter.pen()
+    pen.setColor(color)
+    pen.setWidth(4)
+    painter.setPen(pen)
+    painter.setBrush(Qt.BrushStyle.NoBrush if hollow else color)
+    painter.drawEllipse(5, 5, side - 10, side - 10)
+    painter.end()
+    return QIcon(pixmap)
