@@ -17,7 +17,7 @@ class MistakeSearch(QObject):
     Signals
     -------
     found
-        ``mistakes`` changed.
+        A search has ended, and ``mistakes`` is what it found.
     failed : Exception
     """
 
@@ -67,9 +67,8 @@ class MistakeSearch(QObject):
 
     def _take(self, mistakes: tuple[Mistake, ...]) -> None:
         self._job = self._wanted = None
-        if mistakes != self._mistakes:
-            self._mistakes = mistakes
-            self.found.emit()
+        self._mistakes = mistakes
+        self.found.emit()
 
     def _on_pause_timeout(self) -> None:
         if self._wanted is None:
@@ -82,9 +81,15 @@ class MistakeSearch(QObject):
             ),
             done=self._take,
             failed=self._on_job_failed,
+            cancelled=self._on_job_cancelled,
             shown=thorough,
         )
 
     def _on_job_failed(self, error: Exception) -> None:
         self._job = self._wanted = None
         self.failed.emit(error)
+
+    def _on_job_cancelled(self) -> None:
+        # By a person: where another search takes the place of one, that is no end.
+        if self._job is not None and self._job.state == "cancelled":
+            self._job = self._wanted = None

@@ -43,8 +43,8 @@ class SessionPosing(SessionBoxes):
 
     # Pose mode
 
-    def preview_pose(self, pose: ToolPose) -> None:
-        """Show the document with the tool in a pose; `keep_draft` puts it there, `drop_preview` forgets it."""
+    def preview_pose(self, pose: ToolPose, *, is_typed: bool = False) -> None:
+        """Show the document with the tool in a pose; `keep_draft` keeps it, `drop_preview` forgets it."""
         if self._document is None or self.tool is None:
             return
         try:
@@ -52,7 +52,7 @@ class SessionPosing(SessionBoxes):
         except EditRefused as error:
             self._refuse(error)
             return
-        self.look(draft=Draft(document, "Pose the tool", pose))
+        self.look(draft=Draft(document, "Pose the tool", pose, is_typed))
 
     def pose_tool(self, pose: ToolPose) -> None:
         """Put the tool into a pose: one edit."""
@@ -98,11 +98,11 @@ class SessionPosing(SessionBoxes):
         joint = tool.joints[number]
         self._pose_by(lambda pose: bent(pose, joint, pose.angles_deg.get(joint.name, 0.0) + by_deg))
 
-    def preview_angle(self, joint: str, angle_deg: float) -> None:
-        """Show the tool with a joint at a signed angle."""
-        pose, tool = self.settled_pose, self.tool
+    def preview_angle(self, joint: str, angle_deg: float, *, is_typed: bool = False) -> None:
+        """Show the tool with a joint at a signed angle, and the others as they are drawn now."""
+        pose, tool = self.tool_pose, self.tool
         if pose is not None and tool is not None:
-            self.preview_pose(bent(pose, joint_named(tool, joint), angle_deg))
+            self.preview_pose(bent(pose, joint_named(tool, joint), angle_deg), is_typed=is_typed)
 
     def take_alternative(self, number: int) -> None:
         """Pose the tool in one of the other ways that explain the document as well as the fit."""

@@ -52,11 +52,14 @@ class Draft:
     pose : ToolPose or None
         The tool's pose where it was that which was dragged: of a straight tool the document alone does not
         tell the roll.
+    is_typed : bool
+        Whether it was typed or stepped, rather than being in hand: who saves or leaves meant it.
     """
 
     document: Annotation
     text: str
     pose: ToolPose | None = None
+    is_typed: bool = False
 
 
 @dataclass(frozen=True)
