@@ -12,7 +12,9 @@ from annotations import __version__
 from annotations.documents.annotation import (
     Annotation,
     BoxAnnotation,
+    Derivation,
     KeypointAnnotation,
+    Method,
     VolumeReference,
     changed,
     new_annotation,
@@ -167,6 +169,50 @@ def test_two_boxes_on_one_link_are_refused(document: Annotation) -> None:
         changed(document, boxes=(BoxAnnotation(link="link0"), BoxAnnotation(**BOX)))
 
 
+@pytest.mark.parametrize(
+    ("method", "parts", "name"),
+    [
+        ("keypoints", {"boxes": (BoxAnnotation(**BOX),)}, "link0"),
+        ("boxes", {"keypoints": (KeypointAnnotation(**PLACED),)}, "k0"),
+    ],
+)
+def test_nothing_is_placed_in_the_other_method(
+    document: Annotation, method: Method, parts: dict[str, Any], name: str
+) -> None:
+    with pytest.raises(ValidationError, match=f"method is '{method}', so '{name}' cannot be placed as well"):
+        changed(document, method=method, **parts)
+    other: Method = "boxes" if method == "keypoints" else "keypoints"
+    assert changed(document, method=other, **parts).parts
+
+
+def test_the_parts_are_those_of_the_method(document: Annotation, by_boxes: Annotation) -> None:
+    assert document.parts == document.keypoints
+    assert by_boxes.parts == by_boxes.boxes
+    assert by_boxes.part("link1") is by_boxes.boxes[1]
+    assert by_boxes.part("link1").name == "link1"
+    with pytest.raises(KeyError):
+        by_boxes.part("k0")
+
+
+def test_a_box_is_looked_for_at_its_centre(by_boxes: Annotation) -> None:
+    part = by_boxes.boxes[0]
+    assert part.box is not None
+    assert part.anchor_um == part.box.center_um
+    assert list(by_boxes.placed_boxes) == ["link0", "link1", "link2"]
+    unplaced = BoxAnnotation(link="link0")
+    assert (unplaced.box, unplaced.anchor_um) == (None, None)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"path": ""}, {"method": "polygons"}, {"roll_deg": math.nan}, {"roll_deg": "5"}], ids=str
+)
+def test_an_impossible_derivation_is_refused(wrong: dict[str, Any]) -> None:
+    sound: dict[str, Any] = {"path": "v001.keypoints.json", "method": "keypoints", "roll_deg": 37.2}
+    Derivation(**sound)
+    with pytest.raises(ValidationError):
+        Derivation(**sound | wrong)
+
+
 def test_a_copy_of_the_tool_is_the_tool_that_the_document_names(
     document: Annotation, probe: ToolSpecification
 ) -> None:
@@ -223,6 +269,13 @@ def test_a_fresh_document_has_every_keypoint_unplaced(forceps: ToolSpecification
     assert fresh.tool_copy is None
     assert fresh.created == fresh.modified
     assert fresh.program == __version__
+
+
+def test_a_fresh_document_of_boxes_has_every_link_unplaced(forceps: ToolSpecification) -> None:
+    fresh = new_annotation(VolumeReference(**VOLUME), forceps, "anna", "boxes", ships=True)
+    assert [part.link for part in fresh.boxes] == ["link0", "link1", "link2"]
+    assert {part.state for part in fresh.boxes} == {"unplaced"}
+    assert fresh.keypoints == ()
 
 
 def test_a_tool_that_does_not_ship_travels_with_the_document(probe: ToolSpecification) -> None:

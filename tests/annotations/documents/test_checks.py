@@ -1,13 +1,17 @@
 from collections.abc import Callable
+from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from annotations.documents.annotation import Annotation, BoxAnnotation, changed
+from annotations.documents.annotation import Annotation, BoxAnnotation, State, changed, with_all_parts
 from annotations.documents.checks import check_annotation, check_file
-from annotations.documents.edits import place_keypoint, set_state, set_status
+from annotations.documents.conversion import sibling_path, to_boxes
+from annotations.documents.edits import place_box, place_keypoint, set_state, set_status
 from annotations.documents.files import annotation_bytes, save_annotation
+from annotations.geometry.boxes import Box
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotations.geometry.tool import ToolSpecification
 
@@ -58,8 +62,10 @@ def test_done_with_unplaced_keypoints_is_found(document: Annotation, forceps: To
     assert problems(set_status(placed, "done"), forceps) == [
         ("keypoint", "it is marked as done, but k1, k2, k3, k4, k5 are unplaced")
     ]
-    by_boxes = changed(set_status(document, "done"), method="boxes")
-    assert problems(by_boxes, forceps) == []
+    by_boxes = with_all_parts(changed(set_status(document, "done"), method="boxes"), forceps)
+    assert problems(by_boxes, forceps) == [
+        ("box", "it is marked as done, but link0, link1, link2 are unplaced")
+    ]
 
 
 def test_a_position_outside_is_found_unless_it_says_so(
@@ -74,6 +80,56 @@ def test_a_position_outside_is_found_unless_it_says_so(
     assert problems(inside, forceps) == [
         ("keypoint", "k0 is out of view, but its position is inside the volume")
     ]
+
+
+def test_a_box_outside_is_found_unless_it_says_so(by_boxes: Annotation, forceps: ToolSpecification) -> None:
+    assert problems(set_status(by_boxes, "done"), forceps) == []
+    box = by_boxes.placed_boxes["link1"]
+    outside = place_box(by_boxes, "link1", replace(box, center_um=(-9000.0, 8000.0, 6000.0)), "dragged")
+    assert problems(outside, forceps) == [
+        ("box", "link1 is placed, but its box, from end to end, is outside the volume")
+    ]
+    assert problems(set_state(outside, "link1", "out_of_view"), forceps) == []
+    assert problems(set_state(by_boxes, "link1", "out_of_view"), forceps) == [
+        ("box", "link1 is out of view, but its box, from end to end, is inside the volume")
+    ]
+
+
+@pytest.mark.parametrize("state", ["placed", "occluded", "out_of_view"])
+def test_a_box_across_the_border_may_be_called_either(
+    by_boxes: Annotation, forceps: ToolSpecification, state: State
+) -> None:
+    across = Box((0.0, 8000.0, 6000.0), (5000.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
+    cut = set_state(place_box(by_boxes, "link1", across, "dragged"), "link1", state)
+    assert problems(cut, forceps) == []
+
+
+def test_a_box_of_an_implausible_length_is_found(by_boxes: Annotation, forceps: ToolSpecification) -> None:
+    box = by_boxes.placed_boxes["link2"]
+    short = place_box(by_boxes, "link2", replace(box, size_um=(2000.0, *box.size_um[1:])), "dragged")
+    assert [kind for kind, _ in problems(short, forceps)] == ["link"]
+
+
+def test_a_derived_document_is_held_against_its_original(
+    path: Path, by_keypoints: Annotation, forceps: ToolSpecification
+) -> None:
+    derived_path = sibling_path(path, "boxes")
+
+    def problem_after(derived: Annotation) -> str:
+        save_annotation(derived, derived_path, expected="", overwrite=True)
+        return "".join(found.problem for found in check_file(derived_path) if found.kind == "original")
+
+    save_annotation(by_keypoints, path, expected="")
+    derived = to_boxes(by_keypoints, forceps, original=path, derived=derived_path)
+    later, earlier = (changed(derived, created=derived.created + timedelta(hours=hours)) for hours in (1, -1))
+    assert problem_after(later) == ""
+    assert "has been saved since then" in problem_after(earlier)
+    path.unlink()
+    assert "is not to be read" in problem_after(later)
+    # A document that a person has gone over stands for itself.
+    for link, box in derived.placed_boxes.items():
+        later = place_box(later, link, box, "dragged")
+    assert problem_after(later) == ""
 
 
 @pytest.mark.parametrize(

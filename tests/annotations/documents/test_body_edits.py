@@ -1,0 +1,160 @@
+"""Edits of boxes, and of the tool as one body."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import pytest
+
+from annotations.documents.annotation import Annotation, BoxAnnotation, Method, changed, with_all_parts
+from annotations.documents.edits import (
+    EditRefused,
+    clear,
+    fill_in,
+    lock,
+    place_box,
+    place_keypoint,
+    pose_tool,
+    refine,
+    set_certainty,
+    set_state,
+)
+from annotations.documents.representations import document_targets
+from annotations.geometry.boxes import Box
+from annotations.geometry.kinematics import ToolPose, keypoints_um
+from annotations.geometry.tool import ToolSpecification
+
+HERE_UM = (100.0, 200.0, 300.0)
+THERE_UM = (-50.0, 0.0, 1e7)
+BOX = Box((100.0, 200.0, 300.0), (5000.0, 4000.0, 4000.0), (0.6, 0.0, 0.8, 0.0))
+
+
+def test_boxes_are_placed_in_documents_of_boxes_alone(document: Annotation, by_boxes: Annotation) -> None:
+    with pytest.raises(EditRefused, match="k2 is a keypoint in this document, not a box"):
+        place_box(document, "k2", BOX, "clicked")
+    with pytest.raises(EditRefused, match="link1 is a box in this document, not a keypoint"):
+        place_keypoint(by_boxes, "link1", HERE_UM, "clicked")
+    with pytest.raises(EditRefused, match="no box 'link9'; the document has link0, link1, link2"):
+        place_box(by_boxes, "link9", BOX, "clicked")
+
+
+def test_placing_a_box_keeps_what_was_said_about_it(by_boxes: Annotation) -> None:
+    said = set_certainty(set_state(by_boxes, "link1", "occluded"), "link1", "unsure")
+    assert place_box(said, "link1", BOX, "dragged").part("link1") == BoxAnnotation(
+        link="link1",
+        state="occluded",
+        certainty="unsure",
+        center_um=BOX.center_um,
+        size_um=BOX.size_um,
+        rotation_wxyz=BOX.rotation_wxyz,
+        source="dragged",
+    )
+    fresh = clear(said, "link1")
+    assert fresh.part("link1") == BoxAnnotation(link="link1")
+    assert place_box(fresh, "link1", BOX, "clicked").part("link1").state == "placed"
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        partial(place_box, link="link1", box=BOX, source="clicked"),
+        partial(set_state, name="link1", state="occluded"),
+        partial(set_certainty, name="link1", certainty="unsure"),
+        partial(clear, name="link1"),
+    ],
+)
+def test_a_locked_box_refuses_every_change(
+    by_boxes: Annotation, edit: Callable[[Annotation], Annotation]
+) -> None:
+    locked = lock(by_boxes, "link1", True)
+    with pytest.raises(EditRefused, match=r"the box of link1 is locked\. Unlock it to change it"):
+        edit(locked)
+    assert edit(lock(locked, "link1", False)) != by_boxes
+
+
+@pytest.mark.parametrize("method", ["keypoints", "boxes"])
+def test_a_pose_puts_every_part_where_the_tool_has_it(
+    document: Annotation, forceps: ToolSpecification, pose: ToolPose, method: Method
+) -> None:
+    fresh = with_all_parts(changed(document, method=method), forceps)
+    posed = pose_tool(fresh, forceps, pose)
+    assert {(part.state, part.source) for part in posed.parts} == {("placed", "posed")}
+    found = document_targets(posed, forceps)
+    assert found.position_um == pytest.approx(pose.position_um, abs=1e-9)
+    assert found.angles_deg == pytest.approx({"theta1": 30.0, "theta2": 40.0}, abs=1e-9)
+    assert pose_tool(posed, forceps, pose) is posed
+
+
+def test_a_pose_keeps_how_a_part_is_seen_and_judges_new_ones(
+    by_keypoints: Annotation, forceps: ToolSpecification, pose: ToolPose
+) -> None:
+    said = set_certainty(set_state(by_keypoints, "k1", "occluded"), "k1", "unsure")
+    said = fill_in(clear(clear(said, "k0"), "k5"), {"k0": HERE_UM})
+    aside = replace(pose, position_um=(7000.0, 100.0, 6000.0))
+    posed = pose_tool(said, forceps, aside)
+    outside = {name for name, position_um in posed.positions_um.items() if position_um[1] < 0}
+    assert len(outside & {"k0", "k5"}) == 1
+    assert (posed.keypoint("k1").state, posed.keypoint("k1").certainty) == ("occluded", "unsure")
+    for name in ("k0", "k5"):
+        assert posed.keypoint(name).state == ("out_of_view" if name in outside else "placed")
+        assert posed.keypoint(name).source == "posed"
+
+
+def test_a_pose_keeps_the_cross_section_that_a_person_measured(
+    by_boxes: Annotation, forceps: ToolSpecification, pose: ToolPose
+) -> None:
+    box = by_boxes.placed_boxes["link1"]
+    measured = place_box(by_boxes, "link1", replace(box, size_um=(4800.0, 3900.0, 3800.0)), "dragged")
+    posed = pose_tool(measured, forceps, pose)
+    assert posed.placed_boxes["link1"].size_um == (5000.0, 3900.0, 3800.0)
+    refined = refine(measured, forceps, pose)
+    assert refined.placed_boxes["link1"].size_um == (4800.0, 3900.0, 3800.0)
+
+
+def test_a_pose_is_refused_where_a_part_is_locked(
+    by_boxes: Annotation, forceps: ToolSpecification, pose: ToolPose
+) -> None:
+    locked = lock(by_boxes, "link2", True)
+    with pytest.raises(EditRefused, match=r"link2 is locked\. Unlock"):
+        pose_tool(locked, forceps, pose)
+    with pytest.raises(EditRefused, match="link0, link2 are locked"):
+        pose_tool(lock(locked, "link0", True), forceps, pose)
+
+
+def test_what_is_filled_in_is_never_placed(document: Annotation) -> None:
+    clicked = lock(place_keypoint(document, "k0", HERE_UM, "clicked"), "k3", True)
+    filled = fill_in(clicked, {"k0": THERE_UM, "k1": HERE_UM, "k2": THERE_UM, "k3": HERE_UM})
+    assert [keypoint.state for keypoint in filled.keypoints] == [
+        "placed",
+        "occluded",
+        "out_of_view",
+        "unplaced",
+        "unplaced",
+        "unplaced",
+    ]
+    assert filled.keypoint("k0") == clicked.keypoint("k0")
+    assert {filled.keypoint(name).source for name in ("k1", "k2")} == {"fitted"}
+    # A new fit moves what an old one filled in, and says anew whether it is in view.
+    again = fill_in(filled, {"k1": THERE_UM, "k2": HERE_UM})
+    assert [again.keypoint(name).state for name in ("k1", "k2")] == ["out_of_view", "occluded"]
+
+
+def test_what_is_filled_in_is_placed_by_a_person_alone(document: Annotation) -> None:
+    filled = fill_in(document, {"k1": HERE_UM})
+    with pytest.raises(EditRefused, match="keypoint k1 was filled in from the fit, and nobody has seen it"):
+        set_state(filled, "k1", "placed")
+    assert set_state(filled, "k1", "out_of_view").keypoint("k1").source == "fitted"
+    assert place_keypoint(filled, "k1", HERE_UM, "dragged").keypoint("k1").state == "placed"
+
+
+def test_refining_moves_what_is_placed_and_not_locked(
+    by_keypoints: Annotation, forceps: ToolSpecification, pose: ToolPose
+) -> None:
+    said = set_state(lock(clear(by_keypoints, "k5"), "k0", True), "k3", "occluded")
+    moved = replace(pose, position_um=(7010.0, 8000.0, 6000.0))
+    refined = refine(said, forceps, moved)
+    assert (refined.keypoint("k0"), refined.keypoint("k5")) == (said.keypoint("k0"), said.keypoint("k5"))
+    for name in ("k1", "k2", "k3", "k4"):
+        after = refined.keypoint(name)
+        assert (after.state, after.source) == (said.keypoint(name).state, "refined")
+        assert after.position_um == keypoints_um(moved, forceps)[name]
