@@ -23,7 +23,7 @@ def repose(truth_path: Path) -> Callable[..., None]:
 
     def repose(theta1_deg: float, theta2_deg: float) -> None:
         document, identity = load_annotation(truth_path)
-        rotation = from_yaw_pitch_roll(20.0, 10.0, ROLL_DEG)
+        rotation = from_yaw_pitch_roll(80.0, 10.0, ROLL_DEG)
         pose = ToolPose((8000.0, 9000.0, 5000.0), rotation, {"theta1": theta1_deg, "theta2": theta2_deg})
         save_annotation(pose_tool(document, FORCEPS, pose), truth_path, expected=identity)
 
