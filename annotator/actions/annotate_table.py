@@ -20,7 +20,10 @@ _MOVES = (
     ("before", "One Plane Back", "PgUp"),
     ("behind", "One Plane On", "PgDown"),
 )
-_MOVE_HELP = "in the slice used last: the active keypoint or box in place mode, the tool in pose mode, else the crosshair."
+_MOVE_HELP = (
+    "in the slice used last: the active keypoint or box in place mode, the tool in pose mode, "
+    "else the crosshair."
+)
 
 ANNOTATE_ACTIONS: tuple[Action, ...] = (
     Action(
@@ -28,7 +31,7 @@ ANNOTATE_ACTIONS: tuple[Action, ...] = (
         "Navigate",
         "Annotate",
         ("Esc",),
-        "No click moves an annotation. First drops a preview, then leaves place mode.",
+        "No click moves an annotation. First drops what is on its way, then leaves the other modes.",
         checkable=True,
     ),
     Action(

@@ -8,7 +8,7 @@ TOOLS_ACTIONS: tuple[Action, ...] = (
         "Fill In Unseen Keypoints from the Fit",
         "Tools",
         ("Ctrl+I",),
-        "Give unplaced keypoints the position that the others imply, as occluded or out of view, never as placed.",
+        "Give unplaced keypoints the position that the others imply: as occluded or out of view, not placed.",
         "positions",
     ),
     Action(
@@ -41,7 +41,7 @@ TOOLS_ACTIONS: tuple[Action, ...] = (
         "Calibrate…",
         "Tools",
         ("Ctrl+Alt+C",),
-        "Take link lengths and cross-sections from the study's finished annotations into a new specification.",
+        "Take link lengths and cross-sections from finished annotations into a new specification.",
         "volume",
         separated=True,
     ),

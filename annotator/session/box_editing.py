@@ -1,4 +1,4 @@
-"""The session's editing of boxes: two clicks place one; handles, keys and numbers move, turn and resize it."""
+"""The session's editing of boxes: two clicks place one; handles, keys and numbers change it."""
 
 from dataclasses import replace
 
@@ -57,16 +57,29 @@ class SessionBoxes(SessionEditing):
         links = self._view.free_links
         self.look(free_links=links | {link} if free else links - {link})
 
+    def begin_preview(self, keypoint: str, position_um: Vector, source: Source) -> None:
+        """Show a keypoint where a drag has brought it; in a document of boxes their handles do that."""
+        if self._document is not None and self._document.method == "boxes":
+            self.message_posted.emit(f"{keypoint} is an end of a box: drag the handles of the box")
+        else:
+            super().begin_preview(keypoint, position_um, source)
+
     # Handles
 
     def drag_handle(self, handle: str, to_um: Vector) -> None:
-        """Show what dragging a handle to a position makes of the active box."""
+        """Show what dragging a handle to a position makes of the active box.
+
+        One that is not among `handles` is ignored: a key may have changed the mode in the middle of a drag.
+        """
         part = self._changeable_box()
-        if part is not None and part.box is not None:
+        is_shown = any(each.name == handle for each in self.handles())
+        if is_shown and part is not None and part.box is not None:
             self._draft_box(part.link, box_dragged(part.box, handle, vector(to_um)), "dragged", handle)
 
     def drag_body(self, link: str, by_um: Vector) -> None:
         """Show what dragging a body by a vector makes of it."""
+        if self._view.mode != "place":
+            return
         self.activate(link)
         part = self._changeable_box()
         if part is not None and part.box is not None:
@@ -80,6 +93,12 @@ class SessionBoxes(SessionEditing):
             self.look(pose=draft.pose or self._view.pose)
             self._edit(draft.text, lambda _document: draft.document)
             self.look(draft=None)
+
+    def settle_typing(self) -> None:
+        """Put what is being typed into the document: who saves or leaves meant it."""
+        super().settle_typing()
+        if self._view.draft is not None and self._view.draft.is_typed:
+            self.keep_draft()
 
     # Keys and numbers
 
@@ -128,11 +147,19 @@ class SessionBoxes(SessionEditing):
         )
 
     def type_box(self, link: str, box: Box) -> None:
-        """Give a link the box that a person typed."""
-        self._change_box(link, box, "typed", "Type")
+        """Give a link the box that a person typed; its cross-section only where that is free."""
+        document, tool = self._document, self.tool
+        if document is None or tool is None:
+            return
+        present = document.placed_boxes.get(link)
+        section_um = present.size_um[1:] if present is not None else tool.link(link).cross_section_um
+        if link not in self._view.free_links and not np.allclose(box.size_um[1:], section_um, rtol=1e-9):
+            self.message_posted.emit(_LOCKED_SECTION.format(link))
+        else:
+            self._change_box(link, box, "typed", "Type")
 
     def turn_over(self) -> None:
-        """Turn the active box 180° about its own x: the same body, with the hinge's axis in the other sense."""
+        """Turn the active box 180° about its own x: the same body, the hinge's axis in the other sense."""
         part = self._changeable_box()
         if part is not None and part.box is not None:
             self._change_box(part.link, part.box.turned_over, "nudged", "Turn over")
@@ -160,7 +187,7 @@ class SessionBoxes(SessionEditing):
             )
 
     def _box_to(self, tip_um: Vector) -> Box | None:
-        """Return the box from the first end to a second one, with the hinge that the links before it suggest."""
+        """Return the box from the first end to a second one, with the hinge that its parent suggests."""
         part, tool, base_um = self._active_part(), self.tool, self._view.first_end_um
         if part is None or tool is None or base_um is None or self._document is None:
             return None
@@ -170,7 +197,7 @@ class SessionBoxes(SessionEditing):
             # Turning about the hinge leaves its own direction; what is +y to the child was so to the parent.
             hinge = parent.axes[:, 1]
         else:
-            # A root lies with its height along the light: something has to be shown, and the annotator turns it.
+            # A root lies with its height along the light: something must be shown, and a person turns it.
             depth = np.eye(3)[self.volume.depth_axis if self.volume is not None else 2]
             hinge = np.cross(depth, np.subtract(tip_um, base_um))
         for direction in (hinge, *np.eye(3)):

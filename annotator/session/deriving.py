@@ -1,22 +1,31 @@
 """Writes the document of the other method beside the one that it follows from."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from annotations.documents.annotation import Annotation, Method
-from annotations.documents.conversion import sibling_path, to_boxes, to_keypoints
+from annotations.documents.conversion import keypoints_without_box, sibling_path, to_boxes, to_keypoints
 from annotations.documents.files import DocumentError, save_annotation
 from annotations.geometry.tool import ToolSpecification
 
 
+@dataclass(frozen=True)
+class Derived:
+    """A document that was derived, and the keypoints that have no place in it."""
+
+    path: Path
+    left_out: tuple[str, ...]
+
+
 def write_derived(
     document: Annotation, tool: ToolSpecification, original: Path, method: Method, roll_deg: float | None
-) -> Path:
-    """Write the derived document of a method, and return its path.
+) -> Derived:
+    """Write the derived document of a method.
 
     Raises
     ------
     DocumentError
-        There is one of that method already; it is untouched.
+        There is one of that method already, which is untouched; or nothing of that method would follow.
     RollUnknown
         The keypoints do not show the boxes' roll, and none is given.
     SaveError
@@ -33,5 +42,12 @@ def write_derived(
         derived = to_boxes(document, tool, original=original, derived=path, roll_deg=roll_deg)
     else:
         derived = to_keypoints(document, tool, original=original, derived=path)
+    if all(part.anchor_um is None for part in derived.parts):
+        raise DocumentError(
+            f"no {method} follow from what is placed",
+            where=original,
+            remedy="Place both keypoints of a link first" if method == "boxes" else "Place a box first",
+        )
     save_annotation(derived, path, expected="")
-    return path
+    left_out = keypoints_without_box(document, derived, tool) if method == "boxes" else []
+    return Derived(path, tuple(left_out))

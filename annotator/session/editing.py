@@ -21,8 +21,8 @@ from annotator.session.view import Layer, Mode, Preview
 class SessionEditing(SessionBody):
     """Edits of keypoints, and what keypoints and boxes have in common; refusals come as messages.
 
-    Each edit is pure and one undo command. `SessionBoxes` adds those of boxes, `SessionPosing` those of the tool
-    as a whole.
+    Each edit is pure and one undo command. `SessionBoxes` adds those of boxes, `SessionPosing` those of the
+    tool as a whole.
     """
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
@@ -38,12 +38,10 @@ class SessionEditing(SessionBody):
         In a document of boxes the name of a keypoint stands for the link that it ends.
         """
         document, tool = self._document, self.tool
-        position_um = self.shown_positions_um().get(name or "")
+        position_um = self.shown_anchor_um(name or "")
         if document is not None and tool is not None and name is not None and document.method == "boxes":
             link = tool.link_of(name)
             name = link.name if link is not None else name
-        if document is not None and position_um is None:
-            position_um = next((part.anchor_um for part in document.parts if part.name == name), None)
         changes: dict[str, object] = {"active_part": name}
         preview = self._view.preview
         if preview is not None and preview.keypoint != name:

@@ -6,6 +6,7 @@ import numpy as np
 from PySide6.QtCore import QObject
 
 from annotations.documents import edits
+from annotations.documents.annotation import Source
 from annotations.documents.edits import EditRefused
 from annotations.errors import UserError
 from annotations.fitting.refine import Refinement, refine_pose
@@ -17,6 +18,8 @@ from annotator.session.options import SessionOptions
 from annotator.session.placing import nudged
 from annotator.session.pose_handles import bent, joint_named, moved, pose_dragged, turned
 from annotator.session.view import Draft, Mode
+
+_NO_CLICKS = "In pose mode clicks place nothing: drag the tool's handles, or place with P"
 
 
 class SessionPosing(SessionBoxes):
@@ -32,16 +35,27 @@ class SessionPosing(SessionBoxes):
     def set_mode(self, mode: Mode) -> None:
         """Say whether clicks place parts, or handles move the tool as a whole, or neither."""
         tool = self.tool
-        if mode == "pose" and tool is not None:
-            if not tool.links:
-                self.message_posted.emit(f"The tool {tool.name} has no links, so it cannot be posed")
-                return
-            if self.tool_pose is None:
-                self.look(pose=self._lying_pose(tool))
-                self.message_posted.emit("Drag the tool to where it is: its handles move, turn and bend it")
+        if mode == "pose" and tool is not None and not tool.links:
+            self.message_posted.emit(f"The tool {tool.name} has no links, so it cannot be posed")
+            return
         super().set_mode(mode)
+        self._bring_tool()
 
     # Pose mode
+
+    def place(self, position_um: Vector, source: Source = "clicked", keypoint: str | None = None) -> None:
+        """Place a keypoint or an end of a box; in pose mode, where clicks place nothing, only one named."""
+        if self._view.mode != "pose" or keypoint is not None:
+            super().place(position_um, source, keypoint)
+        else:
+            self.message_posted.emit(_NO_CLICKS)
+
+    def keypoint_to_place(self) -> str | None:
+        """Return the keypoint that a click places: none in pose mode."""
+        if self._view.mode != "pose":
+            return super().keypoint_to_place()
+        self.message_posted.emit(_NO_CLICKS)
+        return None
 
     def preview_pose(self, pose: ToolPose, *, is_typed: bool = False) -> None:
         """Show the document with the tool in a pose; `keep_draft` keeps it, `drop_preview` forgets it."""
@@ -65,7 +79,8 @@ class SessionPosing(SessionBoxes):
             super().drag_handle(handle, to_um)
             return
         pose, tool = self.settled_pose, self.tool
-        if pose is not None and tool is not None:
+        is_shown = any(each.name == handle for each in self.handles())
+        if is_shown and pose is not None and tool is not None:
             self.preview_pose(pose_dragged(pose, tool, handle, vector(to_um)))
 
     def drag_body(self, link: str, by_um: Vector) -> None:
@@ -142,8 +157,7 @@ class SessionPosing(SessionBoxes):
         if pose is None or self._document is None or not self.shown_positions_um():
             self.message_posted.emit("Place keypoints or boxes first: refining begins from their fit")
             return
-        if self._refining is not None:
-            self.jobs.cancel(self._refining)
+        self._stop_refining()
         began = self._document
         self._refining = self.jobs.start(
             "Refining against the volume",
@@ -179,6 +193,18 @@ class SessionPosing(SessionBoxes):
             if name in proposed_um
         }
 
+    def _bring_tool(self) -> None:
+        """Show the tool at the crosshair where there is nothing to be taken hold of in pose mode."""
+        tool = self.tool
+        if self._view.mode == "pose" and tool is not None and self.settled_pose is None:
+            self.look(pose=self._lying_pose(tool))
+            self.message_posted.emit("Drag the tool to where it is: its handles move, turn and bend it")
+
+    def _stop_refining(self) -> None:
+        job, self._refining = self._refining, None
+        if job is not None:
+            self.jobs.cancel(job)
+
     def _pose_by(self, change: Callable[[ToolPose], ToolPose]) -> None:
         pose = self.settled_pose
         if self._view.mode != "pose" or pose is None:
@@ -190,9 +216,9 @@ class SessionPosing(SessionBoxes):
         self._refining = None
         if self._document is began:
             self.look(refinement=found)
-            self.message_posted.emit(
-                "Refined: accept (Return) or reject (Esc) the proposal in the pose panel"
-            )
+            self.message_posted.emit("Refined: Return accepts the proposal, Esc rejects it")
+        else:
+            self.message_posted.emit("The annotation has changed since: refine again")
 
     def _on_job_refining_failed(self, error: Exception) -> None:
         self._refining = None
@@ -202,4 +228,6 @@ class SessionPosing(SessionBoxes):
             self._raise_error(error)
 
     def _on_job_refining_cancelled(self) -> None:
-        self._refining = None
+        # By a person: where another job takes the place of one, that is no end.
+        if self._refining is not None and self._refining.state == "cancelled":
+            self._refining = None

@@ -26,7 +26,6 @@ from annotator.session.view import View
 from annotator.session.volume_opener import VolumeOpener
 from annotator.session.worklist import Worklist, read_worklist, worklist_with
 
-
 _NOTHING_ON_ITS_WAY: dict[str, Any] = {
     "preview": None,
     "draft": None,
@@ -132,14 +131,17 @@ class Session(SessionPosing):
             self.message_posted.emit(f"This study is annotated by {document.method} alone")
             return
         try:
-            derived_path = write_derived(document, tool, original, method, roll_deg)
+            derived = write_derived(document, tool, original, method, roll_deg)
         except RollUnknown as error:
             self.roll_requested.emit(error)
         except UserError as error:
             self.error_raised.emit(error)
         else:
             self.set_method(method)
-            self.message_posted.emit(f"{derived_path.name} was derived from {original.name}, which stays")
+            left_out = f"; without {', '.join(derived.left_out)}" if derived.left_out else ""
+            self.message_posted.emit(
+                f"{derived.path.name} follows from {original.name}, which stays{left_out}"
+            )
 
     def set_annotator_name(self, name: str) -> None:
         """Annotate as another person: what is open is saved, and the list is read anew for that person."""
@@ -167,6 +169,7 @@ class Session(SessionPosing):
         self._opener.cancel()
         self._levels.cancel()
         self._refiner.cancel()
+        self._stop_refining()
         if self._opened is not None:
             self._close_file(nothing_left=not self.unsaved)
             self._install(None)
@@ -326,6 +329,7 @@ class Session(SessionPosing):
         self.document_changed.emit(before_document, self._document)
         self.view_changed.emit(before_view, self._view)
         self.save_state_changed.emit()
+        self._bring_tool()
 
     def _first_view(self, opened: Opened) -> View:
         parts = opened.document.parts
@@ -338,6 +342,8 @@ class Session(SessionPosing):
             self._view,
             crosshair_um=middle_um,
             active_part=next(unplaced, parts[0].name if parts else None),
+            # A tool that cannot be posed leaves pose mode, in which the last volume may have been.
+            mode=self._view.mode if opened.found.tool.links or self._view.mode != "pose" else "navigate",
             window=opened.window,
             opacity_threshold=opened.opacity_threshold,
             cropping_um=None,
@@ -361,6 +367,7 @@ class Session(SessionPosing):
             return
         self._levels.cancel()
         self._refiner.cancel()
+        self._stop_refining()
         self._close_file(nothing_left=True)
         self._worklist, self._current_index = request.worklist, request.index
         try:

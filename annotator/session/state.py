@@ -214,6 +214,14 @@ class SessionState(QObject):
             positions[preview.keypoint] = preview.position_um
         return positions
 
+    def shown_anchor_um(self, name: str) -> Vector | None:
+        """Return where to look for a keypoint or a link's box, in µm; None where it has no place."""
+        position_um = self.shown_positions_um().get(name)
+        if position_um is None and self.shown_document is not None:
+            parts = self.shown_document.parts
+            position_um = next((part.anchor_um for part in parts if part.name == name), None)
+        return position_um
+
     def tools(self) -> Mapping[str, ToolSpecification]:
         """Return the tools that can be chosen, by name; ToolError where their files are wrong."""
         return find_tools(self._tool_folders(self._worklist))
@@ -274,8 +282,11 @@ class SessionState(QObject):
 
     def _show_document(self, document: Annotation) -> None:
         before, self._document = self._document, document
-        # Whatever was on its way began from another document.
-        settled = replace(self._view, draft=None, refinement=None)
+        # Whatever was on its way began from another document; a first click waits for its second one only as
+        # long as there is a box to be placed.
+        unplaced = {part.name for part in document.parts if part.anchor_um is None and not part.locked}
+        first_end_um = self._view.first_end_um if self._view.active_part in unplaced else None
+        settled = replace(self._view, draft=None, refinement=None, first_end_um=first_end_um)
         was, self._view = self._view, settled
         self._note_activity()
         # First on disk, then on the screen: whatever a view does next, the edit is safe.
@@ -306,7 +317,7 @@ class SessionState(QObject):
 
     def _load_detail(self) -> None:
         if self.volume is not None and self.spacing_um is not None:
-            centre_um = self.shown_positions_um().get(self._view.active_part or "", self._view.crosshair_um)
+            centre_um = self.shown_anchor_um(self._view.active_part or "") or self._view.crosshair_um
             self._levels.load_detail(self.volume, self.spacing_um, centre_um)
 
     def _raise_error(self, error: Exception) -> None:

@@ -18,6 +18,7 @@ from annotator.session.options import SessionOptions
 from annotator.session.pose_handles import pose_handles
 from annotator.session.solids import Solid, SolidKind
 from annotator.session.state import SessionState
+from annotator.session.view import Mode
 
 # A position that was stored and read again may differ in its last digits.
 _SAME_UM = 1e-3
@@ -30,7 +31,7 @@ class SessionBody(SessionState):
     Signals
     -------
     mistakes_changed
-        ``mistakes`` changed: they are looked for in the background after each edit.
+        A search for ``mistakes``, in the background after each edit, has ended.
     """
 
     mistakes_changed = Signal()
@@ -40,7 +41,7 @@ class SessionBody(SessionState):
         self._fit: ToolFit | None = None
         self._fitted: Annotation | None = None
         self._settled: ToolPose | None = None
-        self._settled_key: tuple[Annotation, ToolPose | None] | None = None
+        self._settled_key: tuple[Annotation, ToolPose | None, Mode] | None = None
         self._mistakes = MistakeSearch(self.jobs, self)
         self._mistakes.found.connect(self.mistakes_changed)
         self._mistakes.failed.connect(self._raise_error)
@@ -53,7 +54,10 @@ class SessionBody(SessionState):
         if document is None or tool is None:
             return None
         if document is not self._fitted:
-            self._fitted, self._fit = document, fit_document(document, tool)
+            draft = self._view.draft
+            # Of poses that explain the document equally well, the one in which a person left the tool.
+            posed = draft.pose if draft is not None and draft.pose is not None else self._view.pose
+            self._fitted, self._fit = document, fit_document(document, tool, start=posed)
         return self._fit
 
     @property
@@ -68,18 +72,21 @@ class SessionBody(SessionState):
 
     @property
     def settled_pose(self) -> ToolPose | None:
-        """The pose of the document without what is on its way: where every drag begins."""
-        document, tool, posed = self._document, self.tool, self._view.pose
+        """The pose of the document without what is on its way: where every drag begins.
+
+        In pose mode there is one even where the document says too little for a fit.
+        """
+        document, tool, posed, mode = self._document, self.tool, self._view.pose, self._view.mode
         if document is None or tool is None:
             return None
-        key = (document, posed)
+        key = (document, posed, mode)
         if self._settled_key is None or any(a is not b for a, b in zip(key, self._settled_key, strict=True)):
             self._settled_key = key
             if posed is not None and _agrees(document, posed, tool):
                 self._settled = posed
             else:
-                fit = self._fit if document is self._fitted else fit_document(document, tool)
-                self._settled = fit.pose if fit is not None else None
+                fit = self._fit if document is self._fitted else fit_document(document, tool, start=posed)
+                self._settled = fit.pose if fit is not None else posed if mode == "pose" else None
         return self._settled
 
     @property
@@ -98,7 +105,7 @@ class SessionBody(SessionState):
             self._mistakes.search(self._document, self.tool, every_relabelling=True)
 
     def active_box(self) -> Box | None:
-        """Return the shown box of the active link; None in a document of keypoints, or where it is unplaced."""
+        """Return the shown box of the active link; None where it has none, as in a document of keypoints."""
         document, name = self.shown_document, self._view.active_part
         return document.placed_boxes.get(name or "") if document is not None else None
 
@@ -111,7 +118,11 @@ class SessionBody(SessionState):
             pose = self.tool_pose
             return pose_handles(pose, tool) if pose is not None else ()
         name = view.active_part
-        if view.mode != "place" or box is None or name is None or self._document.part(name).locked:
+        if view.mode != "place" or box is None or name is None:
+            return ()
+        part = self._document.part(name)
+        # A box that waits for its second click is drawn, but there is none to be moved yet.
+        if part.locked or part.anchor_um is None:
             return ()
         return box_handles(box, tool.link(name).color, free=name in view.free_links)
 
@@ -146,7 +157,7 @@ class SessionBody(SessionState):
         )
 
     def _lying_pose(self, tool: ToolSpecification) -> ToolPose | None:
-        """Return the pose in which a tool that nobody has placed is shown: at the crosshair, across the light."""
+        """Return the pose of a tool that nobody has placed: at the crosshair, across the light."""
         volume, spacing_um = self.volume, self.spacing_um
         if volume is None or spacing_um is None or not tool.links:
             return None
@@ -170,7 +181,8 @@ def _agrees(document: Annotation, pose: ToolPose, tool: ToolSpecification) -> bo
     """Say whether everything that a document places is where a pose has it."""
     posed_um = keypoints_um(pose, tool)
     for name, position_um in keypoint_positions_um(document, tool).items():
-        if name not in posed_um or not np.allclose(posed_um[name], position_um, rtol=0, atol=_SAME_UM):
+        # A keypoint that ends no link is nowhere in a pose.
+        if name in posed_um and not np.allclose(posed_um[name], position_um, rtol=0, atol=_SAME_UM):
             return False
     boxes = link_boxes(pose, tool)
     return all(

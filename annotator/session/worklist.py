@@ -85,12 +85,10 @@ class Worklist:
         return replace(self, items=(*self.items[:index], item, *self.items[index + 1 :]))
 
     def with_method(self, method: Method) -> "Worklist":
-        """Return the list of the same volumes with the files of another method; reads their status."""
+        """Return the list of the same volumes with the files of another method, which are looked at."""
         if method == self.method:
             return self
-        items = [
-            replace(item, annotation_path=sibling_path(item.annotation_path, method)) for item in self.items
-        ]
+        items = [replace(item, annotation_path=_beside(item.annotation_path, method)) for item in self.items]
         return replace(self, items=_with_status(items), method=method)
 
 
@@ -224,6 +222,17 @@ def _of_files(path: Path, volumes: Sequence[Path], annotator: str, method: Metho
         for path in volumes
     ]
     return Worklist(path, folder.name, folder, _with_status(items), annotator, first=first, method=method)
+
+
+def _beside(path: Path, method: Method) -> Path:
+    """Return where the document of another method is kept: beside, and maybe in a file not named after it."""
+    named = sibling_path(path, method)
+    plain = named.with_name(named.name.removesuffix(f".{method}.json") + ".json")
+    if not named.exists() and plain != path and plain.exists():
+        with contextlib.suppress(UserError):
+            if load_annotation(plain)[0].method == method:
+                return plain
+    return named
 
 
 def _with_status(items: Sequence[WorkItem]) -> tuple[WorkItem, ...]:
