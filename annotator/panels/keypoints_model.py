@@ -14,7 +14,6 @@ from annotator.looks import theme
 from annotator.looks.typed_numbers import NotUnderstood, Unit, parse_length_um, split_triple
 from annotator.panels.parts_model import PartColumn, PartsModel
 from annotator.session import Session
-from annotator.session.view import View
 
 
 class Column(IntEnum):
@@ -130,15 +129,6 @@ class KeypointsModel(PartsModel[KeypointAnnotation]):
 
     def _number_color(self, part: KeypointAnnotation) -> QColor | None:
         return theme.colors(QGuiApplication.palette()).outside if self._is_outside(part.name) else None
-
-    def _source_on_its_way(self, part: KeypointAnnotation) -> str | None:
-        preview = self._session.view.preview
-        return preview.source if preview is not None and preview.keypoint == part.name else None
-
-    def _touched(self, before: View, after: View) -> set[str | None]:
-        if before.preview == after.preview:
-            return set()
-        return {preview.keypoint for preview in (before.preview, after.preview) if preview is not None}
 
     def _position_um(self, name: str) -> Vector | None:
         return self._session.shown_positions_um().get(name)

@@ -58,7 +58,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         super().__init__(parent)
         self._session = session
         self._columns = columns
-        self._document = session.document
+        self._shown, self._coming = self._look_up()
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -69,7 +69,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
 
     def row(self, name: str | None) -> int | None:
         """Return the row of a part, or None."""
-        names = [part.name for part in self._parts()]
+        names = [part.name for part in self._shown]
         return names.index(name) if name in names else None
 
     def columns_of(self, *kinds: ColumnKind) -> tuple[int, ...]:
@@ -77,7 +77,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         return tuple(number for number, column in enumerate(self._columns) if column.kind in kinds)
 
     def rowCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._parts())
+        return 0 if parent.isValid() else len(self._shown)
 
     def columnCount(self, parent: Index = _ROOT) -> int:
         return 0 if parent.isValid() else len(self._columns)
@@ -222,14 +222,6 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         """Return the colour of a part's numbers where they call for a look."""
         return None
 
-    def _source_on_its_way(self, part: P) -> str | None:
-        """Return how a place that is not in the document yet comes about; None for all others."""
-        raise NotImplementedError
-
-    def _touched(self, before: View, after: View) -> set[str | None]:
-        """Return the names of the parts, besides the active ones, that a change of the view has changed."""
-        raise NotImplementedError
-
     # The same for both
 
     def _type(self, part: P, column: int, text: str) -> bool:
@@ -254,8 +246,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
             case "state":
                 return part.state.replace("_", " ")
             case "source":
-                coming = self._source_on_its_way(part)
-                return f"{coming}…" if coming else part.source or ""
+                return f"{part.source}…" if part.name in self._coming else part.source or ""
         return ""
 
     def _edit_text(self, part: P, column: int) -> str:
@@ -278,7 +269,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
     def _font(self, part: P, column: int) -> QFont | None:
         kind, font = self._columns[column].kind, QFont()
         font.setBold(kind == "name" and part.name == self._session.view.active_part)
-        font.setItalic(kind in ("number", "source") and self._source_on_its_way(part) is not None)
+        font.setItalic(kind in ("number", "source") and part.name in self._coming)
         return font if font.bold() or font.italic() else None
 
     def _tooltip(self, part: P, column: int) -> str:
@@ -301,39 +292,51 @@ class PartsModel(QAbstractTableModel, Generic[P]):
                 return "locked" if part.locked else "not locked"
         return self._text(part, column)
 
-    def _parts(self) -> tuple[P, ...]:
-        return () if self._document is None else self._parts_of(self._document)
-
     def _part(self, row: int) -> P:
-        return self._parts()[row]
+        return self._shown[row]
 
     def _redraw(self, rows: Iterable[int]) -> None:
         for row in rows:
             self.dataChanged.emit(self.index(row, 0), self.index(row, self.columnCount() - 1))
 
-    def _reset(self) -> None:
-        self.beginResetModel()
-        self._document = self._session.document
-        self.endResetModel()
+    def _look_up(self) -> tuple[tuple[P, ...], frozenset[str]]:
+        """Return the parts as shown, and the names of those that the document does not have like that yet."""
+        document, shown = self._session.document, self._session.shown_document
+        if document is None or shown is None:
+            return (), frozenset()
+        parts = self._parts_of(shown)
+        if shown is document:
+            return parts, frozenset()
+        kept = self._parts_of(document)
+        return parts, frozenset(part.name for part, old in zip(parts, kept, strict=True) if part != old)
 
-    def _names(self, document: Annotation | None) -> tuple[str, ...]:
-        return () if document is None else tuple(part.name for part in self._parts_of(document))
-
-    @Slot(object, object)
-    def _on_session_document_changed(self, before: Annotation | None, after: Annotation | None) -> None:
-        if self._names(before) != self._names(after) or self._names(self._document) != self._names(after):
+    def _follow(self) -> None:
+        """Show what the session shows now; only what differs is drawn again."""
+        known, were_coming = self._shown, self._coming
+        shown, coming = self._look_up()
+        if [part.name for part in shown] != [part.name for part in known]:
             self._reset()
             return
-        known = self._parts()
-        self._document = after
-        self._redraw([row for row, part in enumerate(self._parts()) if part != known[row]])
+        self._shown, self._coming = shown, coming
+        if shown is not known or coming != were_coming:
+            changed = coming ^ were_coming
+            self._redraw(row for row, part in enumerate(shown) if part != known[row] or part.name in changed)
+
+    def _reset(self) -> None:
+        self.beginResetModel()
+        self._shown, self._coming = self._look_up()
+        self.endResetModel()
+
+    @Slot(object, object)
+    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+        self._follow()
 
     @Slot(object, object)
     def _on_session_view_changed(self, before: View, after: View) -> None:
-        touched = self._touched(before, after)
+        self._follow()
         if before.active_part != after.active_part:
-            touched |= {before.active_part, after.active_part}
-        self._redraw(row for row in map(self.row, touched) if row is not None)
+            rows = map(self.row, (before.active_part, after.active_part))
+            self._redraw(row for row in rows if row is not None)
 
     @Slot()
     def _on_session_volume_changed(self) -> None:

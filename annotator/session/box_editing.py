@@ -148,15 +148,24 @@ class SessionBoxes(SessionEditing):
 
     def type_box(self, link: str, box: Box) -> None:
         """Give a link the box that a person typed; its cross-section only where that is free."""
-        document, tool = self._document, self.tool
-        if document is None or tool is None:
-            return
-        present = document.placed_boxes.get(link)
-        section_um = present.size_um[1:] if present is not None else tool.link(link).cross_section_um
-        if link not in self._view.free_links and not np.allclose(box.size_um[1:], section_um, rtol=1e-9):
-            self.message_posted.emit(_LOCKED_SECTION.format(link))
-        else:
+        if self._may_have(link, box):
             self._change_box(link, box, "typed", "Type")
+
+    def preview_box(self, link: str, box: Box) -> None:
+        """Show a box while it is typed: `settle_typing` keeps it as `type_box` does, `drop_preview` drops it."""
+        document = self._document
+        if document is None or not self._may_have(link, box):
+            return
+        if document.placed_boxes.get(link) == box:
+            # Typed back to what it was: that is no edit.
+            self.look(draft=None)
+            return
+        try:
+            typed = edits.place_box(document, link, box, "typed")
+        except EditRefused as error:
+            self._refuse(error)
+        else:
+            self.look(draft=Draft(typed, f"Type {link}", is_typed=True))
 
     def turn_over(self) -> None:
         """Turn the active box 180° about its own x: the same body, the hinge's axis in the other sense."""
@@ -206,6 +215,18 @@ class SessionBoxes(SessionEditing):
             except ValueError:
                 continue
         return None
+
+    def _may_have(self, link: str, box: Box) -> bool:
+        """Say whether a link may have a box as far as its cross-section is concerned; if not, say why."""
+        document, tool = self._document, self.tool
+        if document is None or tool is None:
+            return False
+        present = document.placed_boxes.get(link)
+        section_um = present.size_um[1:] if present is not None else tool.link(link).cross_section_um
+        may = link in self._view.free_links or np.allclose(box.size_um[1:], section_um, rtol=1e-9)
+        if not may:
+            self.message_posted.emit(_LOCKED_SECTION.format(link))
+        return bool(may)
 
     def _active_part(self) -> BoxAnnotation | None:
         document, name = self._document, self._view.active_part

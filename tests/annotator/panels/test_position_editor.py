@@ -143,7 +143,7 @@ def test_a_pause_while_typing_keeps_nothing(qtbot: QtBot, session: Session, fram
     type_text(qtbot, box(frame, "x"), "2")
     editor = frame.findChild(PositionEditor)
     assert isinstance(editor, PositionEditor)
-    assert not editor._rest.isActive()
+    assert not editor._fields.is_resting
     assert placed(session) == K0_UM
 
 
