@@ -1,6 +1,7 @@
 """What the mouse does on a slice, as wishes to the session and to the view that it was done on.
 
-Navigating never changes the annotation: only in place mode do clicks place and drags move keypoints.
+Navigating never changes the annotation: only in place mode do clicks place, and drags move keypoints and
+boxes; in pose mode drags move the tool.
 """
 
 import math
@@ -12,29 +13,18 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from annotations.geometry.frames import Vector
 from annotator.looks.windowing import dragged_window
 from annotator.session import Session
+from annotator.slices.annotation_layer import GRAB_RADIUS_PX
+from annotator.slices.body_drag import BodyDrag, BodyGrip, BodySurface, is_far
 from annotator.slices.marks import RADIUS_PX, Mark
-from annotator.slices.viewport import Viewport
 
-# A press this near to a keypoint takes hold of it.
-GRAB_RADIUS_PX = 8.0
-# Less than this is a click with an unsteady hand, not a drag.
-DRAG_DISTANCE_PX = 3.0
 NOTCH = 120
 ZOOM_PER_NOTCH = 1.2
 PLANES_PER_NOTCH = 1
 PLANES_PER_NOTCH_SHIFT = 10
 
 
-class Surface(Protocol):
+class Surface(BodySurface, Protocol):
     """The slice view, as far as gestures need it."""
-
-    @property
-    def viewport(self) -> Viewport | None:
-        """What part of the plane is seen; None without a volume."""
-
-    @property
-    def index(self) -> int:
-        """Which plane is shown."""
 
     def mark_under(self, x: float, y: float, radius_px: float) -> Mark | None:
         """Return the keypoint that can be taken hold of at a pixel."""
@@ -88,7 +78,7 @@ class _Dragging:
     through_um: float
 
 
-_Hold = _Spent | _Panning | _Windowing | _Aiming | _Pressed | _Dragging
+_Hold = _Spent | _Panning | _Windowing | _Aiming | _Pressed | _Dragging | BodyDrag
 
 
 class SliceGestures:
@@ -104,6 +94,7 @@ class SliceGestures:
     def __init__(self, session: Session, surface: Surface) -> None:
         self._session = session
         self._surface = surface
+        self._grip = BodyGrip(session, surface)
         self._hold: _Hold | None = None
         self._button = Qt.MouseButton.NoButton
         self._notches = 0.0
@@ -115,8 +106,14 @@ class SliceGestures:
 
     @property
     def is_dragging(self) -> bool:
-        """Whether a keypoint is being dragged."""
-        return isinstance(self._hold, _Dragging)
+        """Whether a keypoint, a handle or a body is being dragged."""
+        hold = self._hold
+        return isinstance(hold, _Dragging) or (isinstance(hold, BodyDrag) and hold.has_begun)
+
+    @property
+    def held_handle(self) -> str | None:
+        """Name of the handle that is held."""
+        return self._hold.handle if isinstance(self._hold, BodyDrag) else None
 
     def press(self, at: QPointF, button: Qt.MouseButton, modifiers: Qt.KeyboardModifier) -> None:
         """Begin what a button does here; while one is held, others do nothing."""
@@ -129,20 +126,21 @@ class SliceGestures:
         elif button == Qt.MouseButton.RightButton:
             self._hold = _Windowing(at, self._session.view.window)
         elif button == Qt.MouseButton.LeftButton:
-            mark = self._surface.mark_under(at.x(), at.y(), GRAB_RADIUS_PX)
-            placing = self._session.view.mode == "place"
             # Held from here on: what the press changes must not move the slice under the hand.
             self._hold = _Spent()
-            self._hold = self._press_to_place(at, mark) if placing else self._press_to_navigate(at, mark)
+            self._hold = self._press(at)
         self.show_cursor(at)
 
     def move(self, at: QPointF) -> None:
-        """Go on with what the held button does."""
+        """Go on with what the held button does; with none held, show what a click would place."""
         hold = self._hold
-        if isinstance(hold, _Pressed) and _far(at, hold.start):
+        if isinstance(hold, _Pressed) and is_far(at, hold.start):
             hold = self._hold = self._begin_drag(hold)
         if isinstance(hold, _Dragging):
             self._drag(hold, at)
+        elif isinstance(hold, BodyDrag):
+            if not self._grip.drag(hold, at):
+                self._hold = _Spent()
         elif isinstance(hold, _Panning):
             self._surface.pan(at.x() - hold.last.x(), at.y() - hold.last.y())
             hold.last = at
@@ -150,9 +148,11 @@ class SliceGestures:
             way = at - hold.start
             self._session.look(window=dragged_window(hold.window, way.x(), way.y()))
         elif isinstance(hold, _Aiming):
-            hold.following = hold.following or _far(at, hold.start)
+            hold.following = hold.following or is_far(at, hold.start)
             if hold.following:
                 self._session.look(crosshair_um=self._aimed_um(at))
+        elif hold is None:
+            self._aim_second_end(at)
         self.show_cursor(at)
 
     def release(self, at: QPointF, button: Qt.MouseButton) -> None:
@@ -164,6 +164,8 @@ class SliceGestures:
             self._session.keep_preview()
         elif isinstance(hold, _Pressed):
             self._click(hold)
+        elif isinstance(hold, BodyDrag):
+            self._let_go(hold)
         self.show_cursor(at)
 
     def wheel(self, at: QPointF, turned: QPoint, modifiers: Qt.KeyboardModifier) -> None:
@@ -181,6 +183,8 @@ class SliceGestures:
         if whole:
             shifted = bool(modifiers & Qt.KeyboardModifier.ShiftModifier)
             self._scroll(-whole * (PLANES_PER_NOTCH_SHIFT if shifted else PLANES_PER_NOTCH))
+            if self._hold is None:
+                self._aim_second_end(at)
 
     def escape(self) -> bool:
         """Take a drag back; False if there is none."""
@@ -192,8 +196,15 @@ class SliceGestures:
 
     def follow_session(self) -> None:
         """End a drag whose preview somebody else dropped or kept: the next move must not bring it back."""
-        preview = self._session.view.preview
-        if isinstance(self._hold, _Dragging) and (preview is None or preview.keypoint != self._hold.keypoint):
+        view, hold = self._session.view, self._hold
+        if isinstance(hold, BodyDrag):
+            is_over = hold.is_over(view)
+        elif isinstance(hold, _Dragging):
+            is_over = view.preview is None or view.preview.keypoint != hold.keypoint
+        else:
+            # Who leaves place mode with the button down wants nothing dragged.
+            is_over = isinstance(hold, _Pressed) and view.mode != "place"
+        if is_over:
             self._hold = _Spent()
 
     def cancel(self) -> None:
@@ -203,6 +214,15 @@ class SliceGestures:
     def show_cursor(self, at: QPointF) -> None:
         """Show by the cursor what is done, or what a press would do."""
         self._surface.point_with(self._cursor(at))
+
+    def _press(self, at: QPointF) -> _Hold:
+        mode, document = self._session.view.mode, self._session.document
+        mark = self._surface.mark_under(at.x(), at.y(), GRAB_RADIUS_PX)
+        if mode == "pose":
+            return self._grip.take_hold(at) or self._press_to_navigate(at, mark)
+        if mode == "navigate" or document is None:
+            return self._press_to_navigate(at, mark)
+        return self._press_to_place(at, mark) if document.method == "keypoints" else self._press_at_boxes(at)
 
     def _press_to_navigate(self, at: QPointF, mark: Mark | None) -> _Hold:
         if mark is not None:
@@ -217,6 +237,39 @@ class SliceGestures:
         self._place(at)
         return _Spent()
 
+    def _press_at_boxes(self, at: QPointF) -> _Hold:
+        """Place an end of the active box; once it is placed, take hold of it, or choose another one."""
+        if not self._awaits_end:
+            if drag := self._grip.take_hold(at):
+                return drag
+            if link := self._grip.box_at(at):
+                self._session.activate(link)
+                return _Spent()
+        # With nothing to place, the session says why.
+        self._place(at)
+        return _Spent()
+
+    def _let_go(self, drag: BodyDrag) -> None:
+        """Keep a drag; a click on a body looks there, and one on a handle does nothing."""
+        if drag.has_begun:
+            self._session.keep_draft()
+        elif drag.handle is None:
+            self._session.look(crosshair_um=self._aimed_um(drag.start))
+
+    @property
+    def _awaits_end(self) -> bool:
+        """Whether the next click places an end of the active box."""
+        document, view = self._session.document, self._session.view
+        if document is None or document.method != "boxes" or view.mode != "place":
+            return False
+        return any(box.link == view.active_part and box.anchor_um is None for box in document.boxes)
+
+    def _aim_second_end(self, at: QPointF) -> None:
+        """Show the box as a click here would place it."""
+        aimed_um = self._grip.aimed_um(at)
+        if self._awaits_end and self._session.view.first_end_um is not None and aimed_um is not None:
+            self._session.aim_second_end(aimed_um)
+
     def _click(self, hold: _Pressed) -> None:
         """Choose the keypoint if it was hit; beside it, place the active one: neighbours lie close."""
         beside = math.hypot(hold.start.x() - hold.mark.x, hold.start.y() - hold.mark.y) > RADIUS_PX
@@ -226,11 +279,9 @@ class SliceGestures:
             self._session.activate(hold.mark.name)
 
     def _place(self, at: QPointF) -> None:
-        viewport = self._surface.viewport
-        if viewport is not None:
-            # On the plane that is seen, although the crosshair may lie up to half a voxel from it.
-            through_um = viewport.plane.depth_um(self._surface.index)
-            self._session.place(viewport.position_um(at.x(), at.y(), through_um))
+        aimed_um = self._grip.aimed_um(at)
+        if aimed_um is not None:
+            self._session.place(aimed_um)
 
     def _begin_drag(self, hold: _Pressed) -> _Hold:
         document, viewport = self._session.document, self._surface.viewport
@@ -271,13 +322,21 @@ class SliceGestures:
             return Qt.CursorShape.SizeAllCursor
         if self.is_dragging:
             return Qt.CursorShape.ClosedHandCursor
-        if self._session.view.mode != "place" or self._surface.viewport is None:
+        document, mode = self._session.document, self._session.view.mode
+        if mode == "navigate" or self._surface.viewport is None or document is None:
             return Qt.CursorShape.ArrowCursor
+        if mode == "pose" or document.method == "boxes":
+            return self._cursor_over_bodies(at)
         mark = self._surface.mark_under(at.x(), at.y(), GRAB_RADIUS_PX)
         if mark is None:
             return Qt.CursorShape.CrossCursor
         return Qt.CursorShape.ForbiddenCursor if mark.locked else Qt.CursorShape.OpenHandCursor
 
-
-def _far(at: QPointF, start: QPointF) -> bool:
-    return math.hypot(at.x() - start.x(), at.y() - start.y()) > DRAG_DISTANCE_PX
+    def _cursor_over_bodies(self, at: QPointF) -> Qt.CursorShape:
+        if self._awaits_end:
+            return Qt.CursorShape.ForbiddenCursor if self._grip.is_refused else Qt.CursorShape.CrossCursor
+        if self._grip.take_hold(at) is not None:
+            return Qt.CursorShape.ForbiddenCursor if self._grip.is_refused else Qt.CursorShape.OpenHandCursor
+        if self._session.view.mode == "place" and self._grip.box_at(at) is not None:
+            return Qt.CursorShape.PointingHandCursor
+        return Qt.CursorShape.ArrowCursor

@@ -20,13 +20,15 @@ from annotator.looks import theme
 from annotator.looks.colormaps import COLORMAPS
 from annotator.session import Session
 from annotator.session.click_meaning import click_meaning
+from annotator.session.solids import Solid
 from annotator.session.view import View
+from annotator.slices.annotation_layer import AnnotationLayer
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.gestures import SliceGestures
 from annotator.slices.guides import paint_axis_names, paint_crosshair, paint_scale_bar
+from annotator.slices.handle_marks import HandleMark
 from annotator.slices.header import COARSE, FAILED, Header, paint_header, plane_texts
-from annotator.slices.marks import Mark, mark_under, marks
-from annotator.slices.overlays import paint_links, paint_marks
+from annotator.slices.marks import Mark
 from annotator.slices.picture import SlicePicture
 from annotator.slices.projection import AXIS_NAMES, Plane
 from annotator.slices.readout import Readout, read_out
@@ -71,7 +73,7 @@ class SliceView(QWidget):
         self._index = 0
         self._image: SliceImage | None = None
         self._cursor_at: QPointF | None = None
-        self._marks: tuple[Mark, ...] | None = None
+        self._layer = AnnotationLayer(session)
         self._picture = SlicePicture(COLORMAPS, CANVAS)
         self._gestures = SliceGestures(session, self)
         self.setObjectName(f"slice_view_{axis}")
@@ -152,11 +154,18 @@ class SliceView(QWidget):
             self._see(viewport.scaled(scale, *viewport.pixel(self._session.view.crosshair_um)))
             self._bring_crosshair_in_sight()
 
+    @property
+    def solids(self) -> tuple[Solid, ...]:
+        """The bodies in the volume; none while overlays are hidden."""
+        return self._layer.solids
+
     def mark_under(self, x: float, y: float, radius_px: float) -> Mark | None:
         """Return the keypoint on or near the plane within a radius of a pixel, if keypoints are shown."""
-        return (
-            None if self._session.view.overlays_hidden else mark_under(self._shown_marks(), x, y, radius_px)
-        )
+        return self._layer.mark_under(x, y, radius_px)
+
+    def handle_under(self, x: float, y: float, radius_px: float) -> HandleMark | None:
+        """Return the handle within a radius of a pixel that the mouse can take, if handles are shown."""
+        return self._layer.handle_under(x, y, radius_px)
 
     def point_with(self, cursor: Qt.CursorShape) -> None:
         """Show a cursor."""
@@ -248,7 +257,7 @@ class SliceView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if not view.overlays_hidden:
             self._paint_overlays(painter, viewport, view)
-        if view.mode == "place":
+        if view.mode != "navigate":
             inset = BORDER_PX / 2
             painter.setPen(QPen(OVER_IMAGE.placing, BORDER_PX))
             painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -259,10 +268,7 @@ class SliceView(QWidget):
             painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
             paint_crosshair(painter, viewport, view.crosshair_um, OVER_IMAGE.axes)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        tool = self._session.tool
-        if "links" in view.layers and tool is not None:
-            paint_links(painter, viewport, self._index, tool, self._session.shown_positions_um())
-        paint_marks(painter, self._shown_marks(), names="names" in view.layers)
+        self._layer.paint(painter, self._cursor_at, self._gestures.held_handle)
         if "axes" in view.layers:
             paint_axis_names(painter, viewport, OVER_IMAGE.axes)
         if "scale_bar" in view.layers:
@@ -281,13 +287,8 @@ class SliceView(QWidget):
     def _area(self) -> Area:
         return Area(0.0, 0.0, float(max(self.width(), 1)), float(max(self.height(), 1)))
 
-    def _shown_marks(self) -> tuple[Mark, ...]:
-        if self._marks is None:
-            self._marks = marks(self._session, self._viewport, self._index) if self._viewport else ()
-        return self._marks
-
     def _redraw(self) -> None:
-        self._marks = None
+        self._layer.show(self._viewport, self._index)
         self.update()
 
     def _see(self, viewport: Viewport) -> None:
