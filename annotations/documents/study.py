@@ -123,6 +123,11 @@ def save_study(study: Study, folder: Path) -> None:
     replace_durably(path, tomli_w.dumps(fields).encode(), backup=path.with_name(f"{STUDY_FILE}.bak"))
 
 
+def annotation_files(folder: Path) -> list[Path]:
+    """Return the annotation files below a study's folder, of every annotator and method, in order."""
+    return sorted(folder.glob("annotations/*/*.json"))
+
+
 def annotation_path(folder: Path, annotator: str, volume_id: str, method: Method) -> Path:
     """Return where an annotator's annotation of a volume is kept below a study's folder.
 

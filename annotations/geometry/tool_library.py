@@ -5,8 +5,10 @@ from collections.abc import Iterable, Iterator
 from importlib import resources
 from pathlib import Path
 
+import tomli_w
 from pydantic import ValidationError
 
+from annotations.durable_files import replace_durably
 from annotations.errors import first_problem
 from annotations.geometry.tool import ToolError, ToolSpecification
 
@@ -92,6 +94,32 @@ def find_tool(name: str, folders: Iterable[Path] = ()) -> ToolSpecification:
     return found[name]
 
 
+def write_tool(tool: ToolSpecification, path: Path) -> None:
+    """Write a tool specification to a new TOML file, atomically.
+
+    Raises
+    ------
+    ToolError
+        There is a file already, or a tool of that name ships or lies in the same folder; nothing is written.
+    SaveError
+        The file cannot be written.
+    """
+    if path.exists():
+        raise ToolError(
+            "there is a file already, and it is not overwritten", where=path, remedy="Choose another name"
+        )
+    if tool.name in shipped_tools() or tool.name in _names_in(path.parent):
+        raise ToolError(
+            f"there is a tool {tool.name!r} already", where=path, remedy="Choose another name for the new one"
+        )
+    content = tool.model_dump(mode="json", by_alias=True, exclude_none=True)
+    replace_durably(path, tomli_w.dumps(content).encode())
+
+
+def _names_in(folder: Path) -> set[str]:
+    return {_claimed_name(path) for path in _tool_files([folder])}
+
+
 def _tool_files(folders: Iterable[Path]) -> Iterator[Path]:
     for folder in folders:
         yield from sorted(folder.glob("*.toml"))
@@ -114,7 +142,7 @@ def _with_those_of(tools: Iterable[tuple[ToolSpecification, Path]]) -> dict[str,
 
 
 def _claimed_name(path: Path) -> str:
-    """Return the name of the tool that a wrong file was meant to hold: what it says, else the file's name."""
+    """Return the name of the tool that a file is meant to hold: what it says, else the file's own name."""
     try:
         said = tomllib.loads(path.read_text(encoding="utf-8")).get("name")
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):

@@ -6,14 +6,13 @@ import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import tomli_w
-
 from annotations.documents.files import save_annotation, ships
 from annotations.documents.study import STUDY_FILE, Study, StudyVolume, annotation_path, save_study
 from annotations.documents.volume_link import reference_to
-from annotations.durable_files import SaveError, replace_durably
+from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
+from annotations.geometry.tool_library import write_tool
 from annotations.synthesis.grid import Grid
 from annotations.synthesis.scene import SceneSeed, random_scene
 from annotations.synthesis.truth import ANNOTATOR, truth_annotation
@@ -85,8 +84,7 @@ def write_study(
             save_annotation(truth_annotation(scene, reference), truth_path, expected="")
             volumes.append(volume)
         if not ships(tool):
-            content = tool.model_dump(mode="json", by_alias=True, exclude_none=True)
-            replace_durably(folder / "tools" / f"{tool.name}.toml", tomli_w.dumps(content).encode())
+            write_tool(tool, folder / "tools" / f"{tool.name}.toml")
         study = Study(
             title=title,
             tool=tool.name,

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from annotations.geometry.tool import ToolError, ToolSpecification
-from annotations.geometry.tool_library import find_tool, find_tools, load_tool, shipped_tools
+from annotations.geometry.tool_library import find_tool, find_tools, load_tool, shipped_tools, write_tool
 
 
 def test_two_tools_ship() -> None:
@@ -133,3 +133,25 @@ def test_a_forbidden_file_is_an_error(
     monkeypatch.setattr(Path, "read_text", forbid)
     with pytest.raises(ToolError, match="Permission denied"):
         load_tool(path)
+
+
+def test_a_written_tool_is_read_as_it_was(tmp_path: Path, nine_keypoints: ToolSpecification) -> None:
+    path = tmp_path / "tools" / "long-needle.toml"
+    write_tool(nine_keypoints, path)
+    assert load_tool(path) == nine_keypoints
+    assert find_tool("long-needle", [path.parent]).fingerprint == nine_keypoints.fingerprint
+
+
+def test_a_written_tool_takes_no_other_one_s_file_or_name(
+    tmp_path: Path, nine_keypoints: ToolSpecification, needle: ToolSpecification
+) -> None:
+    path = tmp_path / "long-needle.toml"
+    path.write_text("mine", encoding="utf-8")
+    with pytest.raises(ToolError, match="not overwritten"):
+        write_tool(nine_keypoints, path)
+    assert path.read_text(encoding="utf-8") == "mine"
+    # A file that is no specification claims its own name.
+    for tool in (nine_keypoints, needle):
+        with pytest.raises(ToolError, match=f"there is a tool '{tool.name}' already"):
+            write_tool(tool, tmp_path / "new.toml")
+    assert not (tmp_path / "new.toml").exists()
