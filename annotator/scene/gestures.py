@@ -1,5 +1,6 @@
 """The mouse over the scene: what was dragged, turned or clicked, told as wishes in Qt's pixels."""
 
+from collections.abc import Callable
 from typing import Literal
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
@@ -13,7 +14,7 @@ _ZOOM_A_NOTCH = 1.15
 _ANGLE_A_NOTCH = 120.0
 _ZOOM_A_PX = 1.008
 
-_Drag = Literal["turn", "shift", "zoom", "window"]
+_Drag = Literal["turn", "hold", "shift", "zoom", "window"]
 _Button = Qt.MouseButton
 _Modifier = Qt.KeyboardModifier
 
@@ -21,10 +22,21 @@ _Modifier = Qt.KeyboardModifier
 class Gestures(QObject):
     """Takes every mouse event of a widget, so that VTK sees none.
 
+    Parameters
+    ----------
+    widget : QWidget
+    takes_hold : callable
+        Says whether a press of the left button at a place takes hold of something, which is dragged then
+        instead of the camera.
+
     Signals
     -------
     turn_requested, shift_requested, window_requested : QPointF
         How far the mouse was dragged since the last time: to the right, and down.
+    carry_requested : QPointF
+        What was taken hold of shall go along to this place of the mouse.
+    released
+        What was taken hold of was let go, carried or not.
     zoom_requested : float, QPointF
         How many times larger things shall be, and the place that shall stay where it is.
     pick_requested : QPointF
@@ -33,18 +45,24 @@ class Gestures(QObject):
         A double click of the left button.
     hovered : QPointF
         The mouse moved without a button.
+    left
+        It is no longer over the widget.
     """
 
     turn_requested = Signal(QPointF)
     shift_requested = Signal(QPointF)
     window_requested = Signal(QPointF)
+    carry_requested = Signal(QPointF)
+    released = Signal()
     zoom_requested = Signal(float, QPointF)
     pick_requested = Signal(QPointF)
     look_requested = Signal(QPointF)
     hovered = Signal(QPointF)
+    left = Signal()
 
-    def __init__(self, widget: QWidget) -> None:
+    def __init__(self, widget: QWidget, takes_hold: Callable[[QPointF], bool]) -> None:
         super().__init__(widget)
+        self._takes_hold = takes_hold
         self._pressed: QPointF | None = None
         self._last = QPointF()
         self._button = _Button.NoButton
@@ -67,8 +85,10 @@ class Gestures(QObject):
         elif kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             # On to the window's actions; neither Mayavi nor VTK has keys here.
             event.ignore()
+        elif kind == QEvent.Type.Leave:
+            self.left.emit()
         else:
-            return kind in (QEvent.Type.Enter, QEvent.Type.Leave)
+            return kind == QEvent.Type.Enter
         return True
 
     def _press(self, event: QMouseEvent, *, double: bool) -> None:
@@ -77,6 +97,8 @@ class Gestures(QObject):
         self._pressed = self._last = event.position()
         self._button = event.button()
         self._drag = _drag_of(event.button(), event.modifiers())
+        if self._drag == "turn" and self._takes_hold(event.position()):
+            self._drag = "hold"
         self._dragged = False
         self._double = double
 
@@ -92,6 +114,8 @@ class Gestures(QObject):
         match self._drag:
             case "turn":
                 self.turn_requested.emit(moved)
+            case "hold":
+                self.carry_requested.emit(event.position())
             case "shift":
                 self.shift_requested.emit(moved)
             case "window":
@@ -103,7 +127,9 @@ class Gestures(QObject):
         if self._pressed is None or event.button() != self._button:
             return
         pressed, self._pressed = self._pressed, None
-        if self._dragged or self._drag != "turn":
+        if self._drag == "hold":
+            self.released.emit()
+        if self._dragged or self._drag not in ("turn", "hold"):
             return
         # A double click has clicked once already: its second release is no other click.
         (self.look_requested if self._double else self.pick_requested).emit(pressed)

@@ -92,7 +92,23 @@ class Picture:
             return None
         names = list(positions_um)
         places = self.project([positions_um[name] for name in names])
-        distances_px = np.hypot(places[:, 0] - x_px, places[:, 1] - y_px)
-        distances_px = np.where(np.isnan(distances_px), np.inf, distances_px)
+        distances_px = _distances_px(places, x_px, y_px)
         best = int(np.argmin(distances_px))
         return names[best] if distances_px[best] <= radius_px else None
+
+    def topmost(
+        self, positions_um: Mapping[str, Vector], x_px: float, y_px: float, radius_px: float
+    ) -> str | None:
+        """Return the name of the position nearest to the eye within a radius of a pixel, or None."""
+        if not positions_um:
+            return None
+        names = list(positions_um)
+        places = self.project([positions_um[name] for name in names])
+        near = _distances_px(places, x_px, y_px) <= radius_px
+        return names[int(np.argmin(np.where(near, places[:, 2], np.inf)))] if near.any() else None
+
+
+def _distances_px(places: NDArray[np.float64], x_px: float, y_px: float) -> NDArray[np.float64]:
+    """Return how far projected positions are from a pixel; infinitely far behind the eye."""
+    distances_px = np.hypot(places[:, 0] - x_px, places[:, 1] - y_px)
+    return np.where(np.isnan(distances_px), np.inf, distances_px)

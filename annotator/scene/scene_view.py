@@ -21,7 +21,8 @@ from annotator.looks.windowing import dragged_window
 from annotator.scene.camera import Camera, aimed, fitted, preset, shifted, turned, zoomed
 from annotator.scene.colors import ground
 from annotator.scene.gestures import Gestures
-from annotator.scene.picking import SPHERE_PX, Picture
+from annotator.scene.hand import Hand
+from annotator.scene.picking import Picture
 from annotator.session import Session
 from annotator.session.keypoint_marks import keypoint_marks
 from annotator.session.view import Preset
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 REST_MS = 150
 """This long after the last change of the volume's picture it is drawn at its best."""
 
-_PICK_PX = SPHERE_PX / 2 + 3
 _CLOSE_UP = 1 / 6  # of the volume's diagonal: what the picture's height shows around a keypoint
 _NOWHERE = Camera((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0), 1.0, 1.0)
 
@@ -55,6 +55,8 @@ class SceneView(QWidget):
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._session = session
         self._renderer = renderer
+        self._hand = Hand(session)
+        self._cursor_at: QPointF | None = None
         self._stage: Stage | None = None
         self._closed = False
         self._camera: Camera | None = None
@@ -86,14 +88,17 @@ class SceneView(QWidget):
         canvas.setAccessibleName("3D scene")
         self._layout.addWidget(canvas)
         self.setFocusProxy(canvas)
-        gestures = Gestures(canvas)
+        gestures = Gestures(canvas, self._takes_hold)
         gestures.turn_requested.connect(self._on_gestures_turn_requested)
+        gestures.carry_requested.connect(self._on_gestures_carry_requested)
+        gestures.released.connect(self._on_gestures_released)
         gestures.shift_requested.connect(self._on_gestures_shift_requested)
         gestures.zoom_requested.connect(self._on_gestures_zoom_requested)
         gestures.window_requested.connect(self._on_gestures_window_requested)
         gestures.pick_requested.connect(self._on_gestures_pick_requested)
         gestures.look_requested.connect(self._on_gestures_look_requested)
         gestures.hovered.connect(self._on_gestures_hovered)
+        gestures.left.connect(self._on_gestures_left)
         canvas.show()
         self._redraw()
 
@@ -196,7 +201,9 @@ class SceneView(QWidget):
             self._redraw()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Escape and self._session.view.preview is not None:
+        view = self._session.view
+        on_its_way = (view.preview, view.draft, view.first_end_um, view.refinement)
+        if event.key() == Qt.Key.Key_Escape and any(each is not None for each in on_its_way):
             self._session.drop_preview()
         else:
             super().keyPressEvent(event)
@@ -234,6 +241,9 @@ class SceneView(QWidget):
             view=session.view,
             tool=session.tool,
             marks=keypoint_marks(session.shown_document, session.tool, session.view),
+            solids=session.solids(),
+            handles=session.handles(),
+            pointed=self._hand.pointed.name if self._hand.pointed is not None else None,
         )
 
     def _picture(self) -> Picture:
@@ -289,7 +299,8 @@ class SceneView(QWidget):
 
     @Slot(object, object)
     def _on_session_view_changed(self, _before: object, _after: object) -> None:
-        self._show_cursor()
+        self._hand.follow_session()
+        self._point()
         self._redraw()
 
     @Slot()
@@ -322,36 +333,60 @@ class SceneView(QWidget):
         self._session.look(window=dragged_window(self._session.view.window, moved.x(), moved.y()))
 
     @Slot(QPointF)
+    def _on_gestures_carry_requested(self, to: QPointF) -> None:
+        self._cursor_at = to
+        self._hand.carry(self._picture(), to)
+
+    @Slot()
+    def _on_gestures_released(self) -> None:
+        self._hand.release()
+        self._point()
+
+    @Slot(QPointF)
     def _on_gestures_pick_requested(self, at: QPointF) -> None:
         if self._camera is None:
             return
-        if self._session.view.mode == "place":
-            self._session.pick_ray(self._picture().ray(at.x(), at.y()))
-        elif (name := self._keypoint_at(at)) is not None:
-            self._session.activate(name, jump=True)
+        picture, session = self._picture(), self._session
+        if self._hand.handle_at(picture, at) is not None:
+            return  # handles are there to be dragged
+        if session.view.mode != "place":
+            if (name := self._hand.keypoint_at(picture, at)) is not None:
+                session.activate(name, jump=True)
+        elif (link := self._hand.box_to_activate(picture, at)) is not None:
+            session.activate(link)
+        else:
+            session.pick_ray(picture.ray(at.x(), at.y()))
 
     @Slot(QPointF)
     def _on_gestures_look_requested(self, at: QPointF) -> None:
         navigating = self._camera is not None and self._session.view.mode == "navigate"
-        if navigating and self._keypoint_at(at) is None:
+        if navigating and self._hand.keypoint_at(self._picture(), at) is None:
             self._session.look_along_ray(self._picture().ray(at.x(), at.y()))
 
     @Slot(QPointF)
     def _on_gestures_hovered(self, at: QPointF) -> None:
-        self._show_cursor(over_keypoint=self._keypoint_at(at) is not None)
+        self._cursor_at = at
+        self._point()
 
-    def _keypoint_at(self, at: QPointF) -> str | None:
-        """Return the keypoint whose sphere is drawn at a place."""
-        if self._session.view.overlays_hidden:
-            return None
-        return self._picture().nearest(self._session.shown_positions_um(), at.x(), at.y(), _PICK_PX)
+    @Slot()
+    def _on_gestures_left(self) -> None:
+        self._cursor_at = None
+        self._point()
 
-    def _show_cursor(self, *, over_keypoint: bool = False) -> None:
+    def _takes_hold(self, at: QPointF) -> bool:
+        taken = self._camera is not None and self._hand.take(self._picture(), at)
+        self._cursor_at = at
+        self._point()
+        return taken
+
+    def _point(self) -> None:
+        """Mark the handle under the cursor, and show by the cursor what a press or a click would do there."""
         if self._stage is None:
             return
-        if self._session.view.mode == "place":
-            shape = Qt.CursorShape.CrossCursor
-        else:
-            shape = Qt.CursorShape.PointingHandCursor if over_keypoint else Qt.CursorShape.ArrowCursor
-        if self._stage.canvas.widget.cursor().shape() != shape:
-            self._stage.canvas.widget.setCursor(shape)
+        picture, canvas = self._picture(), self._stage.canvas.widget
+        if self._hand.point(picture, self._cursor_at):
+            canvas.setToolTip(self._hand.pointed.hint if self._hand.pointed is not None else "")
+            self._redraw()
+        shape = self._hand.cursor(picture, self._cursor_at)
+        if canvas.cursor().shape() != shape:
+            canvas.setCursor(shape)

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import vtk
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 
 from annotations.geometry.frames import Vector, vector
@@ -66,12 +66,15 @@ class Segments:
 
 
 def box_edges(low_um: ArrayLike, high_um: ArrayLike, color: Rgb) -> Sequence[Segment]:
-    """Return the twelve edges of a box."""
-    corners = (
-        np.array(np.meshgrid(*zip(np.asarray(low_um), np.asarray(high_um), strict=True))).reshape(3, 8).T
-    )
+    """Return the twelve edges of a box along the volume's axes."""
+    sides = zip(np.asarray(low_um), np.asarray(high_um), strict=True)
+    return block_edges(np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1), color)
+
+
+def block_edges(corners_um: NDArray[np.float64], color: Rgb) -> Sequence[Segment]:
+    """Return the twelve edges of a block, given its corners, shape (2, 2, 2, 3)."""
     return [
-        Segment(vector(first), vector(second), color)
-        for first, second in combinations(corners, 2)
-        if np.count_nonzero(first != second) == 1
+        Segment(vector(corners_um[first]), vector(corners_um[second]), color)
+        for first, second in combinations(product((0, 1), repeat=3), 2)
+        if np.count_nonzero(np.subtract(first, second)) == 1
     ]

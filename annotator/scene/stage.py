@@ -16,14 +16,18 @@ from annotations.geometry.tool import ToolSpecification
 from annotations.volumes import Level
 from annotator.scene.axes_layer import AxesLayer
 from annotator.scene.canvas import Canvas
+from annotator.scene.handles_layer import HandlesLayer
 from annotator.scene.keypoints_layer import KeypointsLayer
 from annotator.scene.links_layer import LinksLayer
 from annotator.scene.picking import Picture
 from annotator.scene.planes_layer import PlanesLayer, PlanesLook, SlicesLayer, SlicesLook
 from annotator.scene.renderers import Renderers, is_software
 from annotator.scene.scale_bar_layer import ScaleBarLayer
+from annotator.scene.solids_layer import SolidsLayer
 from annotator.scene.volume_layer import MOVING_RAY_PX, VolumeLayer, VolumeLook, next_moving_ray_px
+from annotator.session.handles import Handle
 from annotator.session.keypoint_marks import KeypointMark
+from annotator.session.solids import Solid
 from annotator.session.view import View
 from annotator.settings import Renderer
 
@@ -38,6 +42,8 @@ class SceneLook:
         Red, green, blue from 0 to 1.
     box_um : ((float, float, float), (float, float, float)) or None
         Outer corners of the volume; None where none is open.
+    pointed : str or None
+        The handle that is held or under the cursor.
     """
 
     picture: Picture
@@ -47,6 +53,9 @@ class SceneLook:
     view: View
     tool: ToolSpecification | None
     marks: tuple[KeypointMark, ...]
+    solids: tuple[Solid, ...]
+    handles: tuple[Handle, ...]
+    pointed: str | None
 
 
 class Stage:
@@ -71,12 +80,15 @@ class Stage:
             self.renderers.add_behind(behind)
         self._planes = PlanesLayer()
         self._links = LinksLayer()
+        self._solids = SolidsLayer()
         self._axes = AxesLayer()
         self._scale_bar = ScaleBarLayer()
-        for layer in (self._planes, self._links, self._axes, self._scale_bar):
+        for layer in (self._planes, self._links, self._solids, self._axes, self._scale_bar):
             for actor in layer.actors:
                 self.renderers.add_overlay(actor)
         self._keypoints = KeypointsLayer(self.canvas.renderer)
+        self._handles = HandlesLayer(self.canvas.renderer)
+        self.renderers.add_overlay(self._handles.actor)
         self._moving_ray_px = MOVING_RAY_PX
 
     def volume_key(self, look: SceneLook) -> Hashable:
@@ -120,11 +132,13 @@ class Stage:
         positions_um = {mark.name: mark.position_um for mark in look.marks}
         self._links.show_links(look.tool if "links" in shown else None, positions_um, ratio)
         self._links.show_ray(view.preview.ray if view.preview else None, box_um, ratio)
+        self._solids.show(look.solids, picture.camera, ratio)
         axes = "axes" in shown and box_um is not None
         self._axes.show_outlines(box_um if axes else None, view.cropping_um, ratio)
         self._axes.show_triad(picture, font, visible=axes)
         self._scale_bar.show(picture, font, visible="scale_bar" in shown and box_um is not None)
         self._keypoints.show(look.marks, picture, font, names="names" in shown)
+        self._handles.show(look.handles, picture, look.pointed)
 
 
 def _behind(look: SceneLook, ray_px: float) -> VolumeLook | SlicesLook | None:

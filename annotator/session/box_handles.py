@@ -15,7 +15,7 @@ SMALLEST_UM = 10.0
 """No drag makes a side of a box shorter: about the size of a voxel."""
 
 KNOB_UM = 700.0
-"""How far the knobs that turn a box stand off it: apart from the handles on the faces at any zoom that is used."""
+"""How far the knobs that turn a box stand off it: apart from the handles on the faces at any usual zoom."""
 
 _FACES = {"+y": (1, 1.0), "-y": (1, -1.0), "+z": (2, 1.0), "-z": (2, -1.0)}
 _SIDES = {"y": "width", "z": "height"}
@@ -29,16 +29,24 @@ def box_handles(box: Box, color: str, *, free: bool) -> tuple[Handle, ...]:
         Handle("center", "move", box.center_um, color, "move the box"),
         Handle("base", "end", box.base_um, color, "move the base; the tip stays"),
         Handle("tip", "end", box.tip_um, color, "move the tip; the base stays"),
-        Handle("swing", "turn", swing_um, color, "turn the box about its centre", box.tip_um),
+        Handle("swing", "turn", swing_um, color, "turn the box about its centre", box.tip_um, box.center_um),
         Handle(
-            "roll", "turn", roll_um, color, "turn the box about its own x", box.position_um((0.0, 0.0, -0.5))
+            "roll",
+            "turn",
+            roll_um,
+            color,
+            "turn the box about its own x",
+            box.position_um((0.0, 0.0, -0.5)),
+            box.center_um,
+            vector(box.axes[:, 0]),
         ),
     ]
     if free:
         for name, (axis, sense) in _FACES.items():
             share = np.eye(3)[axis] * sense / 2
             hint = f"change the {_SIDES[name[1]]} on this side"
-            handles.append(Handle(name, "face", box.position_um(share), color, hint))
+            own = vector(box.axes[:, axis])
+            handles.append(Handle(name, "face", box.position_um(share), color, hint, axis=own))
     return tuple(handles)
 
 

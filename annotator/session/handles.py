@@ -27,6 +27,12 @@ class Handle:
         What a drag of it does, in a few words.
     stem_um : (float, float, float) or None
         Where a knob that stands off the body is joined to it; None for one on the body.
+    pivot_um : (float, float, float) or None
+        What it turns about: a place on the axis, or the centre of a sphere where there is no axis. None for
+        one that does not turn.
+    axis : (float, float, float) or None
+        Unit vector in the volume's frame: the axis that it turns about, or along which it slides; None where
+        neither binds it.
     """
 
     name: str
@@ -35,3 +41,5 @@ class Handle:
     color: str
     hint: str
     stem_um: Vector | None = None
+    pivot_um: Vector | None = None
+    axis: Vector | None = None

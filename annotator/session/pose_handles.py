@@ -1,10 +1,11 @@
 """The handles of the posed tool, and what dragging one makes of the pose: pure functions."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from annotations.geometry import rotations
 from annotations.geometry.angles import signed_angle_deg
@@ -18,7 +19,7 @@ MOVE, SWING, ROLL, BEND = "move:", "swing", "roll", "bend:"
 
 
 def pose_handles(pose: ToolPose, tool: ToolSpecification) -> tuple[Handle, ...]:
-    """Return the handles of a posed tool: its links move it, two knobs turn it, the tips of children bend it."""
+    """Return the handles of a posed tool: links move it, two knobs turn it, the tips of children bend it."""
     frames = link_frames(pose, tool)
     if not frames:
         return ()
@@ -38,6 +39,7 @@ def pose_handles(pose: ToolPose, tool: ToolSpecification) -> tuple[Handle, ...]:
             link.color,
             f"turn the tool about the middle of {root_name}",
             _on_axis(root, 0.0),
+            pose.position_um,
         )
     )
     middle = np.asarray(_on_axis(root, link.length_um / 2))
@@ -50,15 +52,24 @@ def pose_handles(pose: ToolPose, tool: ToolSpecification) -> tuple[Handle, ...]:
             link.color,
             f"turn the tool about the axis of {root_name}",
             vector(middle - side_um * root.axes[:, 2]),
+            pose.position_um,
+            vector(root.axes[:, 0]),
         )
     )
     for joint in tool.joints:
         if joint.child in frames:
             child = tool.link(joint.child)
             tip_um = _on_axis(frames[joint.child], child.length_um)
+            hinge_um, hinge = _hinge(frames, joint)
             handles.append(
                 Handle(
-                    BEND + joint.name, "bend", tip_um, child.color, f"bend {joint.name}, within its limits"
+                    BEND + joint.name,
+                    "bend",
+                    tip_um,
+                    child.color,
+                    f"bend {joint.name}, within its limits",
+                    pivot_um=vector(hinge_um),
+                    axis=vector(hinge),
                 )
             )
     return tuple(handles)
@@ -67,7 +78,7 @@ def pose_handles(pose: ToolPose, tool: ToolSpecification) -> tuple[Handle, ...]:
 def pose_dragged(pose: ToolPose, tool: ToolSpecification, handle: str, to_um: Vector) -> ToolPose:
     """Return the pose after one of its handles was dragged to a position in µm; joints keep their limits."""
     frames = link_frames(pose, tool)
-    root_name, root = next(iter(frames.items()))
+    root = next(iter(frames.values()))
     to = np.asarray(to_um, dtype=np.float64)
     middle = np.asarray(pose.position_um)
     if handle.startswith(MOVE):
@@ -79,11 +90,10 @@ def pose_dragged(pose: ToolPose, tool: ToolSpecification, handle: str, to_um: Ve
     if handle == ROLL:
         return turned(pose, 0, roll_to_deg(root.axes, -1.0, to - middle))
     joint = joint_named(tool, handle.removeprefix(BEND))
-    parent, child = frames[joint.parent], frames[joint.child]
-    hinge = parent.axes @ np.asarray(joint.hinge_axis)
-    hinge_um = child.base_um - child.axes[:, 0] * joint.offsets_um[1]
+    hinge_um, hinge = _hinge(frames, joint)
     across = (to - hinge_um) - ((to - hinge_um) @ hinge) * hinge
-    reference = parent.axes[:, 0] - (parent.axes[:, 0] @ hinge) * hinge
+    along = frames[joint.parent].axes[:, 0]
+    reference = along - (along @ hinge) * hinge
     angle_deg = signed_angle_deg(reference, across, hinge)
     return pose if math.isnan(angle_deg) else bent(pose, joint, angle_deg)
 
@@ -118,6 +128,13 @@ def joint_named(tool: ToolSpecification, name: str) -> Joint:
 
 def _turned_by(pose: ToolPose, turn: rotations.Quaternion) -> ToolPose:
     return replace(pose, rotation_wxyz=rotations.product(turn, pose.rotation_wxyz))
+
+
+def _hinge(frames: Mapping[str, LinkFrame], joint: Joint) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where a joint's hinge is in µm, and its unit vector, shape (3,) each, in the volume's frame."""
+    child = frames[joint.child]
+    hinge_um = child.base_um - child.axes[:, 0] * joint.offsets_um[1]
+    return hinge_um, frames[joint.parent].axes @ np.asarray(joint.hinge_axis)
 
 
 def _on_axis(frame: LinkFrame, along_um: float) -> Vector:
