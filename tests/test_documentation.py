@@ -1,13 +1,22 @@
 """The documents say what the program does: their examples load, and they name every field."""
 
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from pydantic import BaseModel
 
-from annotations.documents.annotation import Annotation, BoxAnnotation, KeypointAnnotation, VolumeReference
+from annotations.documents.annotation import (
+    Annotation,
+    BoxAnnotation,
+    Derivation,
+    KeypointAnnotation,
+    Source,
+    VolumeReference,
+)
 from annotations.documents.files import parse_annotation
 from annotations.documents.study import Study, StudyVolume, load_study
 from annotations.geometry.tool import AngleTarget, Joint, Link, Targets, ToolSpecification
@@ -28,6 +37,7 @@ MODELS = (
     Annotation,
     AngleTarget,
     BoxAnnotation,
+    Derivation,
     Joint,
     KeypointAnnotation,
     Link,
@@ -58,6 +68,22 @@ def test_the_annotation_in_the_file_format_loads() -> None:
     document = parse_annotation(example("oct-annotation/1").encode(), "file-format.md")
 
     assert document.keypoint("k0").position_um == (9345.8, 9865.5, 2184.0)
+
+
+def test_the_box_in_the_file_format_loads() -> None:
+    box = BoxAnnotation.model_validate_json(example('"link": "link0"'))
+
+    assert (box.link, box.state, box.locked) == ("link0", "placed", True)
+
+
+def test_the_derivation_in_the_file_format_loads() -> None:
+    fields = json.loads(example('"derived_from"'))
+
+    assert Derivation.model_validate(fields["derived_from"]).roll_deg == -142.8
+
+
+def test_the_file_format_names_every_source() -> None:
+    assert [source for source in get_args(Source) if f"`{source}`" not in FILE_FORMAT] == []
 
 
 def test_the_study_in_the_file_format_loads(tmp_path: Path) -> None:
