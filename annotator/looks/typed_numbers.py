@@ -7,6 +7,7 @@ from typing import Literal
 from annotations.geometry.frames import voxel_to_um
 
 Unit = Literal["um", "voxel"]
+SizeUnit = Literal["um", "mm"]
 
 _UM_PER = {"µm": 1.0, "μm": 1.0, "um": 1.0, "mm": 1000.0, "cm": 10_000.0}
 _VOXEL_WORDS = ("voxels", "voxel", "vx", "px")
@@ -68,6 +69,31 @@ def parse_length_um(text: str, unit: Unit, spacing_um: float) -> float:
     if written in _VOXEL_WORDS or unit == "voxel":
         return float(voxel_to_um(number, spacing_um))
     return number
+
+
+def parse_size_um(text: str, unit: SizeUnit) -> float:
+    """Return a size that is not along one axis of the volume in µm.
+
+    Parameters
+    ----------
+    text : str
+        A number in the table's unit, or with its own: µm, mm, cm.
+    unit : {"um", "mm"}
+        What a bare number means.
+
+    Raises
+    ------
+    NotUnderstood
+        As `parse_number`; the size is in voxels, or not more than zero.
+    """
+    match = _LENGTH.fullmatch(text.strip())
+    written = (match["unit"] or "").lower() if match else ""
+    if written in _VOXEL_WORDS:
+        raise NotUnderstood("Voxels are not cubes: write a size in µm or mm")
+    size_um = parse_number(match["number"] if match else text) * _UM_PER[written or unit]
+    if size_um <= 0:
+        raise NotUnderstood("A size is more than zero")
+    return size_um
 
 
 def split_triple(text: str) -> tuple[str, str, str] | None:

@@ -23,11 +23,12 @@ class Column(IntEnum):
     X = 1
     Y = 2
     Z = 3
-    STATE = 4
-    SURE = 5
-    LOCK = 6
-    CLEAR = 7
-    SOURCE = 8
+    RESIDUAL = 4
+    STATE = 5
+    SURE = 6
+    LOCK = 7
+    CLEAR = 8
+    SOURCE = 9
 
 
 COORDINATES = (Column.X, Column.Y, Column.Z)
@@ -40,6 +41,11 @@ _COLUMNS = (
     *(
         PartColumn("number", letter, f"Position along {letter}; type a value, or three at once")
         for letter in "xyz"
+    ),
+    PartColumn(
+        "residual",
+        "Δ / µm",
+        "Residual: how far the fitted tool is from it; in colour where clicks alone do not explain it",
     ),
     PartColumn(
         "state",
@@ -129,6 +135,10 @@ class KeypointsModel(PartsModel[KeypointAnnotation]):
 
     def _number_color(self, part: KeypointAnnotation) -> QColor | None:
         return theme.colors(QGuiApplication.palette()).outside if self._is_outside(part.name) else None
+
+    def _residual_um(self, part: KeypointAnnotation) -> float | None:
+        fit = self._session.tool_fit
+        return fit.residuals_um.get(part.name) if fit is not None else None
 
     def _position_um(self, name: str) -> Vector | None:
         return self._session.shown_positions_um().get(name)

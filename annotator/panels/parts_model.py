@@ -8,10 +8,13 @@ from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersisten
 from PySide6.QtGui import QColor, QFont, QGuiApplication, QIcon, QPainter, QPixmap
 
 from annotations.documents.annotation import Annotation, Part
+from annotations.fitting.evidence import part_sigma_um
+from annotations.fitting.plausibility import plausibility
 from annotations.geometry.tool import Link
 from annotator.looks import theme
 from annotator.looks.icons import icon
 from annotator.looks.typed_numbers import NotUnderstood
+from annotator.panels.plausibility_color import plausibility_color
 from annotator.session import Session
 from annotator.session.view import View
 
@@ -24,7 +27,7 @@ SHORT_STATES = {"occluded": "occl.", "out of view": "out", "unplaced": "–"}
 
 STATES = ("placed", "occluded", "out_of_view", "unplaced")
 
-ColumnKind = Literal["name", "number", "state", "sure", "lock", "clear", "source"]
+ColumnKind = Literal["name", "number", "residual", "state", "sure", "lock", "clear", "source"]
 _ICONS: dict[ColumnKind, str] = {"sure": "sure", "lock": "lock"}
 
 P = TypeVar("P", bound=Part)
@@ -104,7 +107,8 @@ class PartsModel(QAbstractTableModel, Generic[P]):
             case Qt.ItemDataRole.TextAlignmentRole:
                 if kind == "state" or kind in _ICONS:
                     return Qt.AlignmentFlag.AlignCenter
-                side = Qt.AlignmentFlag.AlignRight if kind == "number" else Qt.AlignmentFlag.AlignLeft
+                is_right = kind in ("number", "residual")
+                side = Qt.AlignmentFlag.AlignRight if is_right else Qt.AlignmentFlag.AlignLeft
                 return side | Qt.AlignmentFlag.AlignVCenter
             case Qt.ItemDataRole.ForegroundRole if kind == "number":
                 return self._title_color(section)
@@ -137,7 +141,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
                 link = self._link(part.name)
                 muted = theme.colors(QGuiApplication.palette()).muted
                 return _swatch(QColor(link.color) if link else muted, hollow=part.state == "unplaced")
-            case Qt.ItemDataRole.TextAlignmentRole if kind == "number":
+            case Qt.ItemDataRole.TextAlignmentRole if kind in ("number", "residual"):
                 return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             case Qt.ItemDataRole.TextAlignmentRole if kind == "state":
                 return Qt.AlignmentFlag.AlignCenter
@@ -222,6 +226,10 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         """Return the colour of a part's numbers where they call for a look."""
         return None
 
+    def _residual_um(self, part: P) -> float | None:
+        """Return how far from a part the fitted tool has it, in µm; None where it was no evidence."""
+        return None
+
     # The same for both
 
     def _type(self, part: P, column: int, text: str) -> bool:
@@ -243,6 +251,9 @@ class PartsModel(QAbstractTableModel, Generic[P]):
                 return f"{part.name}  {label}" if label else part.name
             case "number":
                 return self._number(part, column, exact=False) or "—"
+            case "residual":
+                residual_um = self._residual_um(part)
+                return "—" if residual_um is None else f"{residual_um:.0f}"
             case "state":
                 return part.state.replace("_", " ")
             case "source":
@@ -262,14 +273,19 @@ class PartsModel(QAbstractTableModel, Generic[P]):
     def _foreground(self, part: P, column: int) -> QColor | None:
         kind, colors = self._columns[column].kind, theme.colors(QGuiApplication.palette())
         color = self._number_color(part) if kind == "number" else None
+        if kind == "residual" and (residual_um := self._residual_um(part)) is not None:
+            color = plausibility_color(plausibility(residual_um, part_sigma_um(part)))
         if color is not None:
             return color
-        return colors.muted if kind == "source" or (kind != "name" and part.state == "unplaced") else None
+        # What was filled in is no observation.
+        is_empty = part.state == "unplaced" or (kind == "number" and part.source == "fitted")
+        return colors.muted if kind == "source" or (kind != "name" and is_empty) else None
 
     def _font(self, part: P, column: int) -> QFont | None:
         kind, font = self._columns[column].kind, QFont()
         font.setBold(kind == "name" and part.name == self._session.view.active_part)
-        font.setItalic(kind in ("number", "source") and part.name in self._coming)
+        is_observed = part.name not in self._coming and part.source != "fitted"
+        font.setItalic(kind in ("number", "source") and not is_observed)
         return font if font.bold() or font.italic() else None
 
     def _tooltip(self, part: P, column: int) -> str:
@@ -321,6 +337,9 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         if shown is not known or coming != were_coming:
             changed = coming ^ were_coming
             self._redraw(row for row, part in enumerate(shown) if part != known[row] or part.name in changed)
+            # One part that moves takes the fit along, and so the residuals of all.
+            for column in self.columns_of("residual"):
+                self.dataChanged.emit(self.index(0, column), self.index(len(shown) - 1, column))
 
     def _reset(self) -> None:
         self.beginResetModel()

@@ -152,7 +152,7 @@ class SessionBoxes(SessionEditing):
             self._change_box(link, box, "typed", "Type")
 
     def preview_box(self, link: str, box: Box) -> None:
-        """Show a box while it is typed: `settle_typing` keeps it as `type_box` does, `drop_preview` drops it."""
+        """Show a box while it is typed; `settle_typing` keeps it, `drop_preview` forgets it."""
         document = self._document
         if document is None or not self._may_have(link, box):
             return
@@ -166,6 +166,12 @@ class SessionBoxes(SessionEditing):
             self._refuse(error)
         else:
             self.look(draft=Draft(typed, f"Type {link}", is_typed=True))
+
+    def reverse(self, link: str) -> None:
+        """Turn the box of a link end for end, half about its own y: the hinge keeps its sense."""
+        box = self._document.placed_boxes.get(link) if self._document is not None else None
+        if box is not None:
+            self._change_box(link, turned(box, 1, 180.0), "nudged", "Reverse")
 
     def turn_over(self) -> None:
         """Turn the active box 180° about its own x: the same body, the hinge's axis in the other sense."""

@@ -1,0 +1,51 @@
+"""The table of boxes, and the active one by numbers."""
+
+from PySide6.QtWidgets import QWidget
+
+from annotations.documents.annotation import Annotation, BoxAnnotation
+from annotator.looks.folding import scrolling_column
+from annotator.looks.typed_numbers import SizeUnit
+from annotator.panels.box_editor import BoxEditor
+from annotator.panels.boxes_model import BoxesModel, Column
+from annotator.panels.parts_panel import PartsPanel
+from annotator.panels.parts_table import PartsTable
+from annotator.session import Session
+
+_UNITS = (
+    ("um", "µm", "Show and type sizes in the table in micrometres"),
+    ("mm", "mm", "Show and type sizes in the table in millimetres"),
+)
+
+# The widest that a size's column shows, and the words that are its heading.
+_SAMPLES: dict[int, tuple[str, ...]] = {
+    Column.LENGTH: ("00000", "Length / µm"),
+    Column.WIDTH: ("00000", "Width / µm"),
+    Column.HEIGHT: ("00000", "Height / µm"),
+}
+# As many as the tools that ship have links.
+_ROWS_IN_SIGHT = 3
+
+
+class BoxesPanel(PartsPanel[BoxAnnotation]):
+    """Choose, type, judge, lock and clear boxes; the selected row is the active link."""
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(session, "boxes", "Boxes", parent)
+        self._model = BoxesModel(session, self)
+        editor = BoxEditor(session)
+        editor.refused.connect(self._show_message)
+        table = PartsTable(
+            session,
+            self._model,
+            _SAMPLES,
+            name="boxes_table",
+            title="Boxes",
+            rows_in_sight=_ROWS_IN_SIGHT,
+        )
+        self._fill(self._model, table, scrolling_column([editor], "boxes_scroll"), _UNITS)
+
+    def _parts_of(self, document: Annotation) -> tuple[BoxAnnotation, ...]:
+        return document.boxes
+
+    def _take_unit(self, unit: SizeUnit) -> None:
+        self._model.set_unit(unit)
