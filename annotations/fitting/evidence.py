@@ -60,7 +60,7 @@ def document_points(
             point
             for part in document.boxes
             if part.link in links and _is_evidence(part)
-            for point in _box_points(part, links[part.link], _sigma_um(part, sigma_um))
+            for point in _box_points(part, links[part.link], part_sigma_um(part, sigma_um))
         )
     points = []
     for part in document.keypoints:
@@ -68,8 +68,21 @@ def document_points(
         if link is None or part.position_um is None or not _is_evidence(part):
             continue
         local_um = (0.0 if part.name == link.base else link.length_um, 0.0, 0.0)
-        points.append(BodyPoint(link.name, local_um, part.position_um, _sigma_um(part, sigma_um), part.name))
+        points.append(
+            BodyPoint(link.name, local_um, part.position_um, part_sigma_um(part, sigma_um), part.name)
+        )
     return tuple(points)
+
+
+def part_sigma_um(part: KeypointAnnotation | BoxAnnotation, sigma_um: float = SIGMA_UM) -> float:
+    """Return the standard deviation along each axis of a part that has a place, in µm.
+
+    Parameters
+    ----------
+    sigma_um : float
+        That of what is placed and sure; see `document_points` for the others.
+    """
+    return sigma_um * _STATE_FACTORS[part.state] * (_UNSURE_FACTOR if part.certainty == "unsure" else 1.0)
 
 
 def _box_points(part: BoxAnnotation, link: Link, sigma_um: float) -> tuple[BodyPoint, ...]:
@@ -88,7 +101,3 @@ def _box_points(part: BoxAnnotation, link: Link, sigma_um: float) -> tuple[BodyP
 
 def _is_evidence(part: KeypointAnnotation | BoxAnnotation) -> bool:
     return part.state == "placed" or (part.state != "unplaced" and part.source != "fitted")
-
-
-def _sigma_um(part: KeypointAnnotation | BoxAnnotation, sigma_um: float) -> float:
-    return sigma_um * _STATE_FACTORS[part.state] * (_UNSURE_FACTOR if part.certainty == "unsure" else 1.0)

@@ -1,15 +1,22 @@
 """Distances between keypoints: each link's length beside its nominal one, and every pair."""
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QColor, QIcon, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
+from annotations.fitting.plausibility import Plausibility
+from annotator.panels.plausibility_color import plausibility_color
 from annotator.panels.pose_readout import PoseReadout
 
+_EXPLAINED: dict[Plausibility, str] = {
+    "plausible": "",
+    "doubtful": "More than clicks and an uncalibrated length are likely to be off: look at both ends",
+    "implausible": "More than clicks and an uncalibrated length explain: look at both ends",
+}
 _LINK_COLUMNS = ("Link", "Length", "Nominal", "Difference")
 
 
-class _ReadOnlyTable(QTableWidget):
+class ReadOnlyTable(QTableWidget):
     """A table as tall as its rows, whose cells are rewritten only where their text changes."""
 
     def __init__(self, name: str, title: str, parent: QWidget | None = None) -> None:
@@ -49,18 +56,25 @@ class _ReadOnlyTable(QTableWidget):
         self.setFixedHeight(height)
 
 
-class LinkTable(_ReadOnlyTable):
+class LinkTable(ReadOnlyTable):
     """A row for each link of the tool."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
+        self._readout: PoseReadout | None = None
         super().__init__("link_table", "Lengths of the links", parent)
         self.setColumnCount(len(_LINK_COLUMNS))
         self.setHorizontalHeaderLabels(_LINK_COLUMNS)
         self.verticalHeader().setVisible(False)
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
 
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and self._readout is not None:
+            self.show_readout(self._readout)
+
     def show_readout(self, readout: PoseReadout) -> None:
-        """Write the lengths."""
+        """Write the lengths, those that nothing explains in colour."""
+        self._readout = readout
         if self.rowCount() != len(readout.links):
             self.clearContents()
             self.setRowCount(len(readout.links))
@@ -78,10 +92,11 @@ class LinkTable(_ReadOnlyTable):
                 f"{link.nominal_um / 1000:.3f}",
                 "From the tool specification; a study can calibrate it",
             )
-            self.write(row, 3, _percent(link.deviation))
+            difference = self.write(row, 3, _percent(link.deviation), _EXPLAINED[link.plausibility])
+            difference.setForeground(plausibility_color(link.plausibility) or self.palette().text())
 
 
-class DistanceMatrix(_ReadOnlyTable):
+class DistanceMatrix(ReadOnlyTable):
     """The distance in mm between every two keypoints; each pair stands once."""
 
     def __init__(self, parent: QWidget | None = None) -> None:

@@ -62,6 +62,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         self._session = session
         self._columns = columns
         self._shown, self._coming = self._look_up()
+        self._residuals_um = [self._residual_um(part) for part in self._shown]
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -337,13 +338,20 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         if shown is not known or coming != were_coming:
             changed = coming ^ were_coming
             self._redraw(row for row, part in enumerate(shown) if part != known[row] or part.name in changed)
-            # One part that moves takes the fit along, and so the residuals of all.
-            for column in self.columns_of("residual"):
-                self.dataChanged.emit(self.index(0, column), self.index(len(shown) - 1, column))
+            self._follow_fit()
+
+    def _follow_fit(self) -> None:
+        """Show what the fit leaves now: one part that moves takes the residuals of all along."""
+        known, self._residuals_um = self._residuals_um, [self._residual_um(part) for part in self._shown]
+        for column in self.columns_of("residual"):
+            for row, residual_um in enumerate(self._residuals_um):
+                if residual_um != known[row]:
+                    self.dataChanged.emit(self.index(row, column), self.index(row, column))
 
     def _reset(self) -> None:
         self.beginResetModel()
         self._shown, self._coming = self._look_up()
+        self._residuals_um = [self._residual_um(part) for part in self._shown]
         self.endResetModel()
 
     @Slot(object, object)

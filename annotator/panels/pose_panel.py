@@ -1,14 +1,21 @@
-"""The tool's pose and the distances between its keypoints, live: they move with a drag."""
+"""What the geometry says of the open document, live: pose, fit, likely mistakes, lengths and distances."""
 
-from PySide6.QtCore import Qt, Slot
+from PySide6.QtCore import Slot
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
+from annotations.documents.annotation import Annotation
+from annotations.geometry.tool import ToolSpecification
 from annotator.looks.folding import Folding, scrolling_column
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.panels.distance_tables import DistanceMatrix, LinkTable
+from annotator.panels.fit_section import FitSection
+from annotator.panels.mistakes_section import MistakesSection
+from annotator.panels.pose_controls import PoseControls
 from annotator.panels.pose_readout import PoseReadout, Reading, pose_readout
+from annotator.panels.readings_grid import Line, ReadingsGrid
+from annotator.panels.refinement_section import RefinementSection
 from annotator.session import Session
 from annotator.session.view import View
 
@@ -16,29 +23,34 @@ _NO_SIGN = (
     "Angles are unsigned: a sign needs the hinge axis, which keypoints alone do not give. "
     "Orientation is a direction; roll about the shaft is not in it."
 )
+_SIGNED = (
+    "Signed angles turn about the hinge, the boxes' own +y. "
+    "Orientation is a direction; roll about the shaft is not in it, but in the boxes."
+)
 _ROLL_ONLY = "Orientation is a direction; roll about the shaft is not in it."
 
 
 class PosePanel(QWidget):
-    """Position, direction and angles of the tool; lengths of its links; distances of all pairs."""
+    """The pose targets, the fit of the tool and what can be done with it, in sections that fold away."""
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._session = session
         self._readout: PoseReadout | None = None
-        self._rows: list[tuple[QLabel, WrappedText]] = []
         self.setObjectName("pose_panel")
         self.setAccessibleName("Pose")
 
         self._nothing = WrappedText("Open a volume to see the pose of its tool.", name="pose_nothing")
-        self._targets = QGridLayout()
-        self._targets.setColumnStretch(1, 1)
-        self._targets.setHorizontalSpacing(12)
+        self._targets = ReadingsGrid()
         self._note = WrappedText(name="pose_note")
         self._note.set_color(lambda colors: colors.muted)
         self._copy = named(QPushButton("&Copy as table"), "pose_copy")
         self._copy.setToolTip("Copy pose, lengths and distances as tab-separated text, for a spreadsheet")
         self._copy.clicked.connect(self._on_copy_clicked)
+        self._fit = FitSection(session)
+        self._mistakes = MistakesSection(session)
+        self._controls = PoseControls(session)
+        self._refinement = RefinementSection(session)
         self._links = LinkTable()
         self._pairs = DistanceMatrix()
 
@@ -48,12 +60,16 @@ class PosePanel(QWidget):
         pose = QWidget()
         pose_layout = QVBoxLayout(pose)
         pose_layout.setContentsMargins(8, 0, 0, 4)
-        pose_layout.addLayout(self._targets)
+        pose_layout.addWidget(self._targets)
         pose_layout.addWidget(self._note)
         pose_layout.addLayout(copy_row)
         self._sections = [
             Folding("Pose", pose, name="pose_unfold", unfolded=True),
+            Folding("Check", self._mistakes, name="mistakes_unfold", unfolded=True),
+            Folding("Fit of the tool", self._fit, name="fit_unfold", unfolded=True),
+            Folding("Pose the tool", self._controls, name="controls_unfold", unfolded=True),
             Folding("Links / mm", self._links, name="links_unfold", unfolded=True),
+            Folding("Refine", self._refinement, name="refine_unfold", unfolded=True),
             Folding("Distances / mm", self._pairs, name="distances_unfold", unfolded=False),
         ]
         layout = QVBoxLayout(self)
@@ -81,46 +97,48 @@ class PosePanel(QWidget):
 
     @Slot(object, object)
     def _on_session_view_changed(self, before: View, after: View) -> None:
-        if before.preview != after.preview:
+        if before.preview != after.preview or before.draft is not after.draft:
             self._draw()
+        elif (before.mode, before.pose) != (after.mode, after.pose):
+            self._controls.draw()
+        if before.refinement is not after.refinement:
+            self._refinement.draw()
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
         self._draw()
 
     def _draw(self) -> None:
-        tool = self._session.tool
-        readout = None if tool is None else pose_readout(self._session.shown_positions_um(), tool)
-        if readout == self._readout and self._readout is not None:
+        tool, document = self._session.tool, self._session.shown_document
+        self._nothing.setVisible(document is None)
+        for section in self._sections:
+            section.setVisible(document is not None)
+        if document is None or tool is None:
+            self._readout = None
+            return
+        self._draw_readout(document, tool)
+        self._fit.draw()
+        self._mistakes.draw()
+        self._controls.draw()
+        self._refinement.draw()
+
+    def _draw_readout(self, document: Annotation, tool: ToolSpecification) -> None:
+        readout = pose_readout(document, tool)
+        if readout == self._readout:
             return
         self._readout = readout
-        self._nothing.setVisible(readout is None)
-        for section in self._sections:
-            section.setVisible(readout is not None)
-        if readout is None or tool is None:
-            return
-        self._fit_rows(len(readout.targets))
-        for (title, value), reading in zip(self._rows, readout.targets, strict=True):
-            self._show(title, value, reading)
-        self._note.setText(_NO_SIGN if tool.targets.angles else _ROLL_ONLY)
+        self._targets.show_lines([_line(reading) for reading in readout.targets])
+        self._note.setText(_note(document, tool))
         self._links.show_readout(readout)
         self._pairs.show_readout(readout)
 
-    def _fit_rows(self, count: int) -> None:
-        while len(self._rows) > count:
-            for label in self._rows.pop():
-                self._targets.removeWidget(label)
-                label.deleteLater()
-        while len(self._rows) < count:
-            row = len(self._rows)
-            title, value = QLabel(), WrappedText()
-            self._targets.addWidget(title, row, 0, Qt.AlignmentFlag.AlignTop)
-            self._targets.addWidget(value, row, 1)
-            self._rows.append((title, value))
 
-    def _show(self, title: QLabel, value: WrappedText, reading: Reading) -> None:
-        title.setText(reading.title)
-        value.setObjectName(f"pose_{reading.name}")
-        value.setAccessibleName(reading.title)
-        value.setText("\n".join(reading.texts) or reading.missing)
-        value.set_color((lambda colors: colors.muted) if reading.missing else None)
+def _line(reading: Reading) -> Line:
+    text = "\n".join(reading.texts) or reading.missing
+    return Line(f"pose_{reading.name}", reading.title, text, is_known=not reading.missing)
+
+
+def _note(document: Annotation, tool: ToolSpecification) -> str:
+    if not tool.targets.angles:
+        return _ROLL_ONLY
+    return _SIGNED if document.method == "boxes" else _NO_SIGN

@@ -1,16 +1,21 @@
-"""What follows from the keypoints, as numbers and words: pose targets, link lengths, distances."""
+"""What follows from what is placed, as numbers and words: pose targets, link lengths, distances."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
-from annotations.geometry.frames import Vector
-from annotations.geometry.targets import PoseTargets, pose_targets
+from annotations.documents.annotation import Annotation
+from annotations.documents.representations import document_targets, keypoint_positions_um, keypoints_of
+from annotations.fitting.evidence import part_sigma_um
+from annotations.fitting.plausibility import Plausibility, length_plausibility
+from annotations.geometry.targets import PoseTargets
 from annotations.geometry.tool import ToolSpecification
 
 _NARROW = "\N{NARROW NO-BREAK SPACE}"
+_MINUS = "\N{MINUS SIGN}"
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,8 @@ class Reading:
         One line or two for a person.
     missing : str
         Why it is not known: ``needs k2, k3``.
+    signed_deg : float or None
+        Of an angle, where the hinge axis is known.
     """
 
     name: str
@@ -36,17 +43,25 @@ class Reading:
     values: tuple[float, ...] = ()
     texts: tuple[str, ...] = ()
     missing: str = ""
+    signed_deg: float | None = None
 
 
 @dataclass(frozen=True)
 class LinkLength:
-    """A link's length as annotated, beside its nominal one; None where an end is missing."""
+    """A link's length as annotated, beside its nominal one; None where an end is missing.
+
+    Attributes
+    ----------
+    plausibility : str
+        Whether what clicks are off, and lengths that nobody has calibrated, explain the difference.
+    """
 
     link: str
     ends: tuple[str, str]
     color: str
     nominal_um: float
     measured_um: float | None
+    plausibility: Plausibility = "plausible"
 
     @property
     def deviation(self) -> float | None:
@@ -82,6 +97,8 @@ class PoseReadout:
             )
             texts = [_plain(value) for value in reading.values] or [""]
             lines += [f"{column}\t{text}" for column, text in zip(columns, texts, strict=True)]
+            if reading.signed_deg is not None:
+                lines.append(f"{reading.name.removesuffix('_deg')}_signed_deg\t{_plain(reading.signed_deg)}")
         for link in self.links:
             lines.append(f"length_{link.link}_um\t{_plain(link.measured_um)}")
             lines.append(f"nominal_length_{link.link}_um\t{_plain(link.nominal_um)}")
@@ -92,40 +109,44 @@ class PoseReadout:
         return "\n".join(lines) + "\n"
 
 
-def pose_readout(positions_um: Mapping[str, Vector], tool: ToolSpecification) -> PoseReadout:
-    """Compute what follows from the keypoints that have a position in µm."""
+def pose_readout(document: Annotation, tool: ToolSpecification) -> PoseReadout:
+    """Compute what follows from the keypoints of a document of either method."""
+    positions_um = keypoint_positions_um(document, tool)
     points = {name: np.asarray(positions_um[name]) for name in tool.keypoint_names if name in positions_um}
     distances_um = {
         (first, second): float(np.linalg.norm(points[first] - points[second]))
         for first, second in combinations(points, 2)
     }
-    links = tuple(
-        LinkLength(
-            link.name,
-            (link.base, link.tip),
-            link.color,
-            link.length_um,
-            float(np.linalg.norm(points[link.tip] - points[link.base]))
-            if link.base in points and link.tip in points
-            else None,
-        )
-        for link in tool.links
-    )
-    return PoseReadout(_readings(positions_um, tool), links, tool.keypoint_names, distances_um)
+    return PoseReadout(_readings(document, tool), _lengths(document, tool), tool.keypoint_names, distances_um)
 
 
-def _readings(positions_um: Mapping[str, Vector], tool: ToolSpecification) -> tuple[Reading, ...]:
-    targets = pose_targets(positions_um, tool)
+def _lengths(document: Annotation, tool: ToolSpecification) -> tuple[LinkLength, ...]:
+    keypoints = {keypoint.name: keypoint for keypoint in keypoints_of(document, tool)}
+    lengths = []
+    for link in tool.links:
+        nominal = LinkLength(link.name, (link.base, link.tip), link.color, link.length_um, None)
+        ends = [keypoints[name] for name in nominal.ends if name in keypoints]
+        places_um = [end.position_um for end in ends if end.position_um is not None]
+        if len(places_um) == 2:
+            measured_um = math.dist(*places_um)
+            judged = length_plausibility(measured_um, link, map(part_sigma_um, ends))
+            nominal = replace(nominal, measured_um=measured_um, plausibility=judged)
+        lengths.append(nominal)
+    return tuple(lengths)
+
+
+def _readings(document: Annotation, tool: ToolSpecification) -> tuple[Reading, ...]:
+    targets = document_targets(document, tool)
     readings = []
     if tool.targets.position is not None:
-        readings.append(_position(targets, _absent(tool.targets.position, positions_um)))
+        readings.append(_position(targets, _absent(tool.targets.position, document, tool)))
     if tool.targets.orientation is not None:
         ends = tool.targets.orientation
-        readings.append(_orientation(targets, ends, _absent(ends, positions_um)))
+        readings.append(_orientation(targets, ends, _absent(ends, document, tool)))
     for angle in tool.targets.angles:
         links = [tool.link(angle.first), tool.link(angle.second)]
         corners = [end for link in links for end in (link.base, link.tip)]
-        readings.append(_angle(targets, angle.name, _absent(corners, positions_um)))
+        readings.append(_angle(targets, angle.name, _absent(corners, document, tool)))
     return tuple(readings)
 
 
@@ -151,8 +172,11 @@ def _angle(targets: PoseTargets, angle: str, absent: Sequence[str]) -> Reading:
     name, title = f"{angle}_deg", angle_title(angle)
     if angle not in targets.angles_deg:
         return Reading(name, title, missing=_needs(absent) or "the ends of a link are at one place")
-    value = targets.angles_deg[angle]
-    return Reading(name, title, (value,), (f"{value:.2f}°",))
+    value, signed_deg = targets.angles_deg[angle], targets.signed_angles_deg.get(angle)
+    text = f"{value:.2f}°"
+    if signed_deg is not None:
+        text += f"   signed {signed_text(signed_deg, 2)}"
+    return Reading(name, title, (value,), (text,), signed_deg=signed_deg)
 
 
 def angle_title(name: str) -> str:
@@ -160,8 +184,27 @@ def angle_title(name: str) -> str:
     return f"θ{name.removeprefix('theta')}" if name.startswith("theta") else name
 
 
-def _absent(names: Sequence[str], positions_um: Mapping[str, Vector]) -> list[str]:
-    return [name for name in names if name not in positions_um]
+def with_titles(text: str, tool: ToolSpecification) -> str:
+    """Write the names of joints in a sentence as everywhere in the window."""
+    for joint in tool.joints:
+        text = text.replace(joint.name, angle_title(joint.name))
+    return text
+
+
+def signed_text(value_deg: float, decimals: int) -> str:
+    """Write an angle with its sign; what rounds to zero has none."""
+    rounded = round(value_deg, decimals)
+    return f"{rounded:+.{decimals}f}°".replace("-", _MINUS) if rounded else f"{0:.{decimals}f}°"
+
+
+def _absent(names: Sequence[str], document: Annotation, tool: ToolSpecification) -> list[str]:
+    """Return what still has to be placed: keypoints, or the links whose boxes give them."""
+    known = keypoint_positions_um(document, tool)
+    absent = [name for name in names if name not in known]
+    if document.method == "keypoints":
+        return absent
+    links = [(name, tool.link_of(name)) for name in absent]
+    return list(dict.fromkeys(link.name if link is not None else name for name, link in links))
 
 
 def _needs(absent: Sequence[str]) -> str:

@@ -6,7 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from annotations.documents.annotation import (
+    Annotation,
+    Method,
+    VolumeReference,
+    changed,
+    new_annotation,
+    with_all_parts,
+)
+from annotations.documents.edits import place_box, place_keypoint, set_certainty
 from annotations.geometry.frames import Vector
+from annotations.geometry.kinematics import ToolPose, link_boxes
+from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
 from annotator.panels.pose_readout import Reading, angle_title, pose_readout
 
@@ -23,8 +34,36 @@ BENT: dict[str, Vector] = {
 COORDINATE = st.floats(-30_000, 30_000)
 
 
+def empty_document(tool: ToolSpecification, method: Method = "keypoints") -> Annotation:
+    volume = VolumeReference(
+        path="v001.npy",
+        shape=(1096, 1936, 1152),
+        dtype="uint8",
+        spacing_um=(15.9, 13.5, 9.4),
+        fingerprint="0",
+    )
+    return with_all_parts(
+        changed(new_annotation(volume, tool, "anna", "keypoints", ships=True), method=method), tool
+    )
+
+
+def placed(positions_um: dict[str, Vector], tool: ToolSpecification = FORCEPS) -> Annotation:
+    document = empty_document(tool)
+    for name, position_um in positions_um.items():
+        document = place_keypoint(document, name, position_um, "clicked")
+    return document
+
+
+def posed(pose: ToolPose, *links: str) -> Annotation:
+    document = empty_document(FORCEPS, "boxes")
+    boxes = link_boxes(pose, FORCEPS)
+    for link in links or boxes:
+        document = place_box(document, link, boxes[link], "clicked")
+    return document
+
+
 def readings(positions_um: dict[str, Vector]) -> dict[str, Reading]:
-    return {reading.name: reading for reading in pose_readout(positions_um, FORCEPS).targets}
+    return {reading.name: reading for reading in pose_readout(placed(positions_um), FORCEPS).targets}
 
 
 def test_every_target_of_a_known_pose_is_written_with_its_unit() -> None:
@@ -56,14 +95,14 @@ def test_two_keypoints_at_one_place_give_no_direction_and_the_reason() -> None:
 
 
 def test_another_tool_has_other_targets() -> None:
-    readout = pose_readout({"tip": (1.0, 2.0, 3.0), "shaft": (1.0, 2.0, 0.0)}, NEEDLE)
+    readout = pose_readout(placed({"tip": (1.0, 2.0, 3.0), "shaft": (1.0, 2.0, 0.0)}, NEEDLE), NEEDLE)
     assert [reading.name for reading in readout.targets] == ["position_um", "orientation"]
     assert readout.names == ("tip", "shaft")
     assert angle_title("yaw") == "yaw"
 
 
 def test_lengths_stand_beside_their_nominal_ones() -> None:
-    links = pose_readout({name: BENT[name] for name in ("k0", "k1", "k2")}, FORCEPS).links
+    links = pose_readout(placed({name: BENT[name] for name in ("k0", "k1", "k2")}), FORCEPS).links
     assert [link.measured_um for link in links] == [11000.0, None, None]
     assert [link.nominal_um for link in links] == [11000.0, 5000.0, 6000.0]
     assert links[0].deviation == 0.0
@@ -73,14 +112,14 @@ def test_lengths_stand_beside_their_nominal_ones() -> None:
 @given(st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=6, max_size=6))
 def test_distances_are_those_between_every_two_keypoints(points: list[Vector]) -> None:
     positions_um = dict(zip(FORCEPS.keypoint_names, points, strict=True))
-    distances_um = pose_readout(positions_um, FORCEPS).distances_um
+    distances_um = pose_readout(placed(positions_um), FORCEPS).distances_um
     assert len(distances_um) == 15
     for (first, second), distance_um in distances_um.items():
         assert distance_um == pytest.approx(math.dist(positions_um[first], positions_um[second]))
 
 
 def test_the_table_has_one_quantity_a_line_with_its_unit() -> None:
-    lines = pose_readout(BENT, FORCEPS).table().splitlines()
+    lines = pose_readout(placed(BENT), FORCEPS).table().splitlines()
     values = dict(line.split("\t") for line in lines)
     assert lines[0] == "quantity\tvalue"
     assert values["position_um_x"] == "5500"
@@ -93,7 +132,46 @@ def test_the_table_has_one_quantity_a_line_with_its_unit() -> None:
 
 
 def test_what_is_absent_is_empty_in_the_table() -> None:
-    values = dict(line.split("\t") for line in pose_readout({}, FORCEPS).table().splitlines())
+    values = dict(line.split("\t") for line in pose_readout(placed({}), FORCEPS).table().splitlines())
     assert values["theta1_deg"] == ""
     assert values["position_um"] == ""
     assert values["length_link0_um"] == ""
+
+
+def test_boxes_give_signed_angles_beside_the_published_ones() -> None:
+    readout = pose_readout(
+        posed(ToolPose((5000.0, 6000.0, 4000.0), (1, 0, 0, 0), {"theta1": -35.2})), FORCEPS
+    )
+    found = {reading.name: reading for reading in readout.targets}
+    assert found["theta1_deg"].texts == ("35.20°   signed \N{MINUS SIGN}35.20°",)
+    assert found["theta1_deg"].values == pytest.approx((35.2,))
+    assert found["theta2_deg"].texts == ("0.00°   signed 0.00°",)
+    values = dict(line.split("\t") for line in readout.table().splitlines())
+    assert float(values["theta1_signed_deg"]) == pytest.approx(-35.2)
+    assert float(values["theta1_deg"]) == pytest.approx(35.2)
+    assert "theta1_signed_deg" not in dict(
+        line.split("\t") for line in pose_readout(placed(BENT), FORCEPS).table().splitlines()
+    )
+
+
+def test_absent_boxes_are_named_by_their_links() -> None:
+    readout = pose_readout(posed(ToolPose((5000.0, 6000.0, 4000.0), (1, 0, 0, 0)), "link0"), FORCEPS)
+    found = {reading.name: reading for reading in readout.targets}
+    assert found["position_um"].values == (5000.0, 6000.0, 4000.0)
+    assert found["theta1_deg"].missing == "needs link1"
+    assert found["theta2_deg"].missing == "needs link1, link2"
+
+
+@pytest.mark.parametrize(
+    ("length_um", "judged"), [(11900.0, "plausible"), (12100.0, "doubtful"), (13200.0, "implausible")]
+)
+def test_a_length_is_judged_by_clicks_and_an_uncalibrated_nominal_one(length_um: float, judged: str) -> None:
+    document = placed({"k0": (0.0, 0.0, 0.0), "k1": (length_um, 0.0, 0.0)})
+    assert pose_readout(document, FORCEPS).links[0].plausibility == judged
+
+
+def test_an_unsure_end_excuses_a_length() -> None:
+    document = placed({"k2": (0.0, 0.0, 0.0), "k3": (5600.0, 0.0, 0.0)})
+    assert pose_readout(document, FORCEPS).links[1].plausibility == "doubtful"
+    unsure = set_certainty(document, "k3", "unsure")
+    assert pose_readout(unsure, FORCEPS).links[1].plausibility == "plausible"
