@@ -134,13 +134,14 @@ def refine(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Ann
 
 
 def relabel(document: Annotation, right_names: Mapping[str, str]) -> Annotation:
-    """Give keypoints that were taken for each other their right names, with all that was said of them.
+    """Give parts that were taken for each other their right names, with all that was said of them.
 
     Parameters
     ----------
     right_names : mapping of str to str
-        For each keypoint that was taken for another, by its present name, the name of that other one. They
-        change places among themselves.
+        For each keypoint, or link of a box, that was taken for another one, by its present name, the name of
+        that other one. They change places among themselves; each box keeps its cross-section, which is its
+        link's.
     """
     if set(right_names) != set(right_names.values()):
         raise EditRefused(
@@ -148,12 +149,11 @@ def relabel(document: Annotation, right_names: Mapping[str, str]) -> Annotation:
             "each of them must get the name of exactly one other"
         )
     present = {name: _unlocked(document, name) for name in right_names}
-    for name, part in present.items():
-        if not isinstance(part, KeypointAnnotation):
-            raise EditRefused(f"{name} is a box in this document, and boxes do not change places")
     for name, right_name in right_names.items():
-        moved, part = present[name], document.part(right_name)
-        fields = moved.model_dump(include={"state", "position_um", "certainty", "source"})
+        moved, part = present[name], present[right_name]
+        fields = moved.model_dump(exclude={"name", "link", "locked"})
+        if isinstance(part, BoxAnnotation) and isinstance(moved, BoxAnnotation) and part.size_um:
+            fields["size_um"] = (moved.size_um[0], *part.size_um[1:]) if moved.size_um else None
         document = _with_part(document, part, **fields)
     return document
 

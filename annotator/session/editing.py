@@ -212,7 +212,7 @@ class SessionEditing(SessionBody):
         self._edit(f"Clear {name}", lambda document: edits.clear(document, name))
 
     def relabel(self, right_names: Mapping[str, str]) -> None:
-        """Give keypoints that were taken for each other their right names, see `edits.relabel`: one edit."""
+        """Give parts that were taken for each other their right names, see `edits.relabel`: one edit."""
         words = "Swap" if len(right_names) == 2 else "Relabel"
         *others, last = right_names
         self._edit(

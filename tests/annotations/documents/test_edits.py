@@ -207,14 +207,24 @@ def test_relabelling_takes_along_all_that_was_said_of_a_keypoint(document: Annot
     assert relabel(relabel(said, swap), swap) == said
 
 
-def test_a_relabelling_that_is_none_is_refused(document: Annotation, by_boxes: Annotation) -> None:
+def test_a_relabelling_that_is_none_is_refused(document: Annotation) -> None:
     placed = place_keypoint(document, "k2", HERE_UM, "clicked")
     with pytest.raises(EditRefused, match="k2 cannot change places"):
         relabel(placed, {"k2": "k4"})
     with pytest.raises(EditRefused, match=r"keypoint k2 is locked\. Unlock it to change it"):
         relabel(lock(placed, "k2", True), {"k2": "k4", "k4": "k2"})
-    with pytest.raises(EditRefused, match="link1 is a box in this document"):
-        relabel(by_boxes, {"link1": "link2", "link2": "link1"})
+
+
+def test_boxes_change_places_and_keep_the_cross_section_of_their_link(by_boxes: Annotation) -> None:
+    swapped = relabel(by_boxes, {"link1": "link2", "link2": "link1"})
+    before, after = by_boxes.placed_boxes, swapped.placed_boxes
+    assert after["link1"].center_um == before["link2"].center_um
+    assert after["link2"].rotation_wxyz == before["link1"].rotation_wxyz
+    assert after["link2"].size_um == (before["link1"].size_um[0], *before["link2"].size_um[1:])
+    assert after["link0"] == before["link0"]
+    assert relabel(swapped, {"link1": "link2", "link2": "link1"}) == by_boxes
+    alone = relabel(clear(by_boxes, "link2"), {"link1": "link2", "link2": "link1"})
+    assert alone.placed_boxes == {"link0": before["link0"], "link2": before["link1"]}
 
 
 def test_an_unknown_keypoint_is_refused(document: Annotation) -> None:
