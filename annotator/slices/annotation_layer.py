@@ -61,13 +61,14 @@ class AnnotationLayer:
         held : str or None
             Name of the handle that is held.
         """
-        viewport, tool, layers = self._viewport, self._session.tool, self._session.view.layers
-        if viewport is None or self._session.view.overlays_hidden:
+        viewport, tool, view = self._viewport, self._session.tool, self._session.view
+        if viewport is None or view.overlays_hidden:
             return
-        paint_outlines(painter, self._shown_outlines(viewport))
-        if "links" in layers and tool is not None:
+        names = "names" in view.layers
+        paint_outlines(painter, self._shown_outlines(viewport), names=names, posing=view.mode == "pose")
+        if "links" in view.layers and tool is not None:
             paint_links(painter, viewport, self._index, tool, self._session.shown_positions_um())
-        paint_marks(painter, self._shown_marks(), names="names" in layers)
+        paint_marks(painter, self._shown_marks(), names=names)
         pointed = None
         if cursor_at is not None and held is None:
             pointed = self.handle_under(cursor_at.x(), cursor_at.y(), GRAB_RADIUS_PX)

@@ -16,6 +16,8 @@ Point = tuple[float, float]
 
 # Between the handles at a box's centre and at its base.
 _HINGE_SHARE = (-0.25, 0.0, 0.0)
+# Corners nearer to each other, or to the line between their neighbours, are one.
+_SAME_UM = 1e-3
 
 
 @dataclass(frozen=True)
@@ -79,10 +81,17 @@ def _section_um(solid: Solid, axis: int, through_um: float) -> tuple[Vector, ...
     corners_um = solid.mesh.cut_um(axis, through_um).reshape(-1, 3)
     if not len(corners_um):
         return ()
-    first, second = np.delete(corners_um - corners_um.mean(axis=0), axis, axis=1).T
     # Of a convex body the corners stand around their middle in the order of the outline.
-    around = corners_um[np.argsort(np.arctan2(second, first))]
-    return tuple(vector(corner) for corner in around)
+    first, second = np.delete(corners_um - corners_um.mean(axis=0), axis, axis=1).T
+    order = np.argsort(np.arctan2(second, first))
+    around_um, flat_um = corners_um[order], np.column_stack([first, second])[order]
+    # Each comes at the end of two segments, and where a flat face is made of triangles there are more.
+    is_first = np.hypot(*(flat_um - np.roll(flat_um, 1, axis=0)).T) > _SAME_UM
+    around_um, flat_um = around_um[is_first], flat_um[is_first]
+    before, after = flat_um - np.roll(flat_um, 1, axis=0), np.roll(flat_um, -1, axis=0) - flat_um
+    across_um2 = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
+    is_corner = across_um2 > _SAME_UM * np.hypot(*(before + after).T)
+    return tuple(vector(corner) for corner in around_um[is_corner])
 
 
 def _hinge_sense(solid: Solid, viewport: Viewport, points: Sequence[Point]) -> HingeSense:
