@@ -95,7 +95,7 @@ def pose_tool(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> 
 
 
 def fill_in(document: Annotation, fitted_um: Mapping[str, Vector]) -> Annotation:
-    """Give unplaced keypoints the positions of a fit in µm, and those that were filled in before the new ones.
+    """Give unplaced keypoints the positions of a fit in µm, and those filled in before the new ones.
 
     They are ``occluded`` inside the volume and ``out_of_view`` outside of it, never ``placed``: nobody has
     seen them. Locked ones stay as they are.

@@ -104,7 +104,7 @@ def _check_schema(fields: Any, where: object) -> None:
 
 
 def annotation_bytes(annotation: Annotation) -> bytes:
-    """Return the bytes of an annotation's file: UTF-8 JSON, a keypoint or a box a line, absent fields absent."""
+    """Return the bytes of an annotation file: UTF-8 JSON, a keypoint or box a line, absent fields absent."""
     fields = annotation.model_dump(mode="json", exclude_none=True)
     for part in (*fields["keypoints"], *fields["boxes"]):
         if not part["locked"]:

@@ -12,8 +12,8 @@ from annotations.geometry.tool import ToolSpecification
 def keypoints_of(document: Annotation, tool: ToolSpecification) -> tuple[KeypointAnnotation, ...]:
     """Return the keypoints of a document of either method, in the tool's order.
 
-    Those of a document of boxes are the centres of the boxes' x faces, and have the state, certainty and source
-    of their box; a keypoint that ends no placed box is unplaced.
+    Those of a document of boxes are the centres of the boxes' x faces, and have the state, certainty and
+    source of their box; a keypoint that ends no placed box is unplaced.
     """
     if document.method == "keypoints":
         return document.keypoints
