@@ -153,7 +153,12 @@ VIEW_ACTIONS: tuple[Action, ...] = (
             checkable=True,
         )
         for number, (panel, text) in enumerate(
-            (("worklist", "Volumes"), ("keypoints", "Keypoints"), ("pose", "Pose"), ("display", "Display")),
+            (
+                ("worklist", "Volumes"),
+                ("keypoints", "Keypoints or Boxes"),
+                ("pose", "Pose"),
+                ("display", "Display"),
+            ),
             start=1,
         )
     ),

@@ -90,25 +90,29 @@ class BoxEditor(QWidget):
         self._size = self._add_row(
             grid,
             2,
-            [NumberField(f"box_{name}", f"{name} of the box in µm") for name in _SIZES],
+            [NumberField(f"box_{name}", f"{name} of the box in µm", lowest=_SMALLEST_UM) for name in _SIZES],
             [f"{name.title()} / µm" for name in _SIZES],
         )
         self._size.number_requested.connect(self._on_size_number_requested)
-        self._free = named(QCheckBox("&Free cross-section"), "box_free_cross_section")
+        self._free = named(QCheckBox("Free cross-section"), "box_free_cross_section")
         self._free.setToolTip("Let this box change its width and height; otherwise they are the tool's")
         self._free.clicked.connect(self._on_free_clicked)
         grid.addWidget(self._free, 4, 0, 1, 3)
         self._angles = self._add_row(
             grid,
             5,
-            [NumberField(f"box_{name}", f"{name} of the box in degrees") for name in _TURNS],
+            [
+                NumberField(
+                    f"box_{name}",
+                    f"{name} of the box in degrees",
+                    lowest=-_LARGEST_TURN_DEG,
+                    highest=_LARGEST_TURN_DEG,
+                )
+                for name in _TURNS
+            ],
             [f"{name.title()} / °" for name in _TURNS],
         )
         self._angles.number_requested.connect(self._on_angles_number_requested)
-        for field in self._size.fields:
-            field.setMinimum(_SMALLEST_UM)
-        for field in self._angles.fields:
-            field.setRange(-_LARGEST_TURN_DEG, _LARGEST_TURN_DEG)
         self._quaternion = QuaternionEditor()
         self._quaternion.setToolTip(
             "The rotation as a unit quaternion; of any length, all four together are made one of length 1. "
@@ -118,7 +122,7 @@ class BoxEditor(QWidget):
         self._quaternion.settled.connect(self._on_settled)
         self._quaternion.refused.connect(self.refused)
         layout.addWidget(self._quaternion)
-        self._turn_over = named(QPushButton("&Turn over"), "box_turn_over", tooltip=_TURN_OVER)
+        self._turn_over = named(QPushButton("Turn over"), "box_turn_over", tooltip=_TURN_OVER)
         self._turn_over.clicked.connect(self._on_turn_over_clicked)
         row = QHBoxLayout()
         row.addWidget(self._turn_over)
@@ -223,7 +227,7 @@ class BoxEditor(QWidget):
         return next((box for box in document.boxes if box.link == name), None) if document else None
 
     def _shown(self) -> Box | None:
-        """Return the active box as shown; an unplaced one, as an offer, at the crosshair in the tool's size."""
+        """Return the active box as shown; where it is unplaced, an offer: the tool's, at the crosshair."""
         part, tool = self._part(), self._session.tool
         if part is None or tool is None:
             return None

@@ -33,6 +33,8 @@ SIZES = (Column.LENGTH, Column.WIDTH, Column.HEIGHT)
 FIXED_SECTION = "The cross-section is the tool's: tick “Free cross-section” to change it"
 """Why width and height cannot be changed."""
 
+# There is no room for it in the headings; buttons above the table say it.
+_UNITS: dict[SizeUnit, str] = {"um": "µm", "mm": "mm"}
 _COLUMNS = (
     PartColumn("name", "Link", "Link, and its ends; the number is the key that makes it active"),
     PartColumn("number", "Length", "Along the box's own x, from the base to the tip; its centre stays"),
@@ -69,9 +71,6 @@ class BoxesModel(PartsModel[BoxAnnotation]):
 
     def _parts_of(self, document: Annotation) -> tuple[BoxAnnotation, ...]:
         return document.boxes
-
-    def _unit_text(self) -> str:
-        return {"um": "µm", "mm": "mm"}[self._unit]
 
     def _label(self, part: BoxAnnotation) -> str:
         link = self._link(part.name)
@@ -114,5 +113,5 @@ class BoxesModel(PartsModel[BoxAnnotation]):
         if part.box is None:
             return "Not placed yet: click the two ends of the link, or type its centre below."
         came = f", {part.source}" if part.source else ""
-        shown = f"{self._number(part, column, exact=True)} {self._unit_text()}{came}"
+        shown = f"{self._number(part, column, exact=True)} {_UNITS[self._unit]}{came}"
         return shown if self._takes_number(part, column) else f"{shown}. {FIXED_SECTION}"

@@ -1,9 +1,9 @@
 """The table of boxes, and the active one by numbers."""
 
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
 
 from annotations.documents.annotation import Annotation, BoxAnnotation
-from annotator.looks.folding import scrolling_column
 from annotator.looks.typed_numbers import SizeUnit
 from annotator.panels.box_editor import BoxEditor
 from annotator.panels.boxes_model import BoxesModel, Column
@@ -18,12 +18,31 @@ _UNITS = (
 
 # The widest that a size's column shows, and the words that are its heading.
 _SAMPLES: dict[int, tuple[str, ...]] = {
-    Column.LENGTH: ("00000", "Length / µm"),
-    Column.WIDTH: ("00000", "Width / µm"),
-    Column.HEIGHT: ("00000", "Height / µm"),
+    Column.LENGTH: ("00000", "Length"),
+    Column.WIDTH: ("00000", "Width"),
+    Column.HEIGHT: ("00000", "Height"),
 }
 # As many as the tools that ship have links.
 _ROWS_IN_SIGHT = 3
+
+
+class EditorArea(QScrollArea):
+    """Scrolls upwards and downwards alone: it is never narrower than what is in it."""
+
+    def __init__(self, editor: BoxEditor) -> None:
+        super().__init__()
+        self.setObjectName("boxes_scroll")
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setWidgetResizable(True)
+        self.setWidget(editor)
+
+    def sizeHint(self) -> QSize:
+        return self.widget().sizeHint().expandedTo(self.minimumSizeHint())
+
+    def minimumSizeHint(self) -> QSize:
+        bar = self.verticalScrollBar().sizeHint().width()
+        return QSize(self.widget().minimumSizeHint().width() + bar, super().minimumSizeHint().height())
 
 
 class BoxesPanel(PartsPanel[BoxAnnotation]):
@@ -42,7 +61,7 @@ class BoxesPanel(PartsPanel[BoxAnnotation]):
             title="Boxes",
             rows_in_sight=_ROWS_IN_SIGHT,
         )
-        self._fill(self._model, table, scrolling_column([editor], "boxes_scroll"), _UNITS)
+        self._fill(self._model, table, EditorArea(editor), _UNITS)
 
     def _parts_of(self, document: Annotation) -> tuple[BoxAnnotation, ...]:
         return document.boxes

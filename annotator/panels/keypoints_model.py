@@ -81,8 +81,10 @@ class KeypointsModel(PartsModel[KeypointAnnotation]):
     def _parts_of(self, document: Annotation) -> tuple[KeypointAnnotation, ...]:
         return document.keypoints
 
-    def _unit_text(self) -> str:
-        return {"um": "µm", "voxel": "vox"}[self._unit]
+    def _heading(self, column: int) -> str:
+        unit = {"um": "µm", "voxel": "vox"}[self._unit]
+        heading = super()._heading(column)
+        return f"{heading} / {unit}" if column in COORDINATES else heading
 
     def _title_color(self, column: int) -> QColor | None:
         return theme.colors(QGuiApplication.palette()).axes[column - Column.X]

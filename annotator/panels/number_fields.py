@@ -16,6 +16,11 @@ _FARTHEST = 1e9
 class NumberField(QuietSpinBox):
     """A spin box for one number. Only another number than that which it shows is a person's wish.
 
+    Parameters
+    ----------
+    lowest, highest : float
+        What can be typed.
+
     Signals
     -------
     number_requested : float
@@ -24,13 +29,21 @@ class NumberField(QuietSpinBox):
 
     number_requested = Signal(float)
 
-    def __init__(self, name: str, title: str, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        title: str,
+        *,
+        lowest: float = -_FARTHEST,
+        highest: float = _FARTHEST,
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent)
         self._number = 0.0
         self.setObjectName(name)
         self.setAccessibleName(title)
         self.setDecimals(_DECIMALS)
-        self.setRange(-_FARTHEST, _FARTHEST)
+        self.setRange(lowest, highest)
         # Its own hint would leave room for the largest number allowed.
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.setMinimumWidth(

@@ -98,7 +98,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         kind, title = self._columns[section].kind, self._columns[section].title
         match role:
             case Qt.ItemDataRole.DisplayRole if kind not in _ICONS and kind != "clear":
-                return f"{title} / {self._unit_text()}" if kind == "number" else title
+                return self._heading(section)
             case Qt.ItemDataRole.DecorationRole if kind in _ICONS:
                 return icon(_ICONS[kind], QGuiApplication.palette())
             case Qt.ItemDataRole.AccessibleTextRole:
@@ -192,9 +192,9 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         """Return the parts of a document that have rows; none where it is of the other method."""
         raise NotImplementedError
 
-    def _unit_text(self) -> str:
-        """Return the unit of the numbers as headings have it."""
-        raise NotImplementedError
+    def _heading(self, column: int) -> str:
+        """Return the heading of a column."""
+        return self._columns[column].title
 
     def _title_color(self, column: int) -> QColor | None:
         """Return the colour of a number's heading."""

@@ -40,7 +40,7 @@ class QuaternionEditor(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         self._fields = tuple(self._make_field(letter) for letter in _LETTERS)
         for place, field in enumerate(self._fields):
-            label = QLabel(_LETTERS[place])
+            label = QLabel(f"q{_LETTERS[place]}")
             label.setBuddy(field)
             layout.addWidget(label, 0, place)
             layout.addWidget(field, 1, place)

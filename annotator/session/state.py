@@ -64,6 +64,8 @@ class SessionState(QObject):
         Left by a program that died: answer each with `recover` or `discard_recovery`.
     roll_requested : RollUnknown
         The keypoints do not show the roll of the boxes to be derived: answer with `Session.derive`.
+    calibrated : ToolCalibration
+        What finished annotations say of the tool: `SessionCalibrating.keep_calibration` may follow.
     overwrite_requested : str
         Another program changed the file: answer with ``save(overwrite=True)``, `reload` or `save_as`.
     """
@@ -80,6 +82,7 @@ class SessionState(QObject):
     dataset_requested = Signal(object, object)
     recovery_requested = Signal(object)
     roll_requested = Signal(object)
+    calibrated = Signal(object)
     overwrite_requested = Signal(str)
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
@@ -168,6 +171,11 @@ class SessionState(QObject):
     def method(self) -> Method:
         """How the items are annotated: by keypoints or by boxes."""
         return self._worklist.method
+
+    @property
+    def methods(self) -> tuple[Method, ...]:
+        """The methods that can be chosen: the study's, or both."""
+        return self._worklist.methods
 
     @property
     def annotator_name(self) -> str:

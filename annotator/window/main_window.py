@@ -9,12 +9,13 @@ from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QShowEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
 
+from annotations.documents.annotation import Method
 from annotator.actions.action_set import ActionSet
 from annotator.actions.state import state_of
 from annotator.looks.icons import application_icon
+from annotator.panels.annotation_panel import AnnotationPanel
 from annotator.panels.display_panel import DisplayPanel
 from annotator.panels.jobs_panel import JobsPanel
-from annotator.panels.keypoints_panel import KeypointsPanel
 from annotator.panels.pose_panel import PosePanel
 from annotator.panels.worklist_panel import WorklistPanel
 from annotator.scene.scene_view import SceneView
@@ -104,6 +105,7 @@ class MainWindow(QMainWindow):
         self._centre.addWidget(self.four_up)
         self.setCentralWidget(centre)
         self._worklist = WorklistPanel(session)
+        self._annotation = AnnotationPanel(session)
         self._pose = PosePanel(session)
         self._docks = self._make_docks()
         self.status = StatusLine(session)
@@ -214,7 +216,7 @@ class MainWindow(QMainWindow):
         left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
         docks = {
             "worklist": self._dock("worklist", "Volumes", self._worklist, left),
-            "keypoints": self._dock("keypoints", "Keypoints", KeypointsPanel(self.session), right),
+            "keypoints": self._dock("keypoints", self._annotation.windowTitle(), self._annotation, right),
             "pose": self._dock("pose", "Pose", self._pose, right),
             "display": self._dock("display", "Display", DisplayPanel(self.session), right),
         }
@@ -254,6 +256,9 @@ class MainWindow(QMainWindow):
             view.cursor_moved.connect(self.status.show_cursor)
         self._worklist.open_file_requested.connect(self._files.open_file)
         self._worklist.open_folder_requested.connect(self._files.open_folder)
+        self._annotation.windowTitleChanged.connect(self._docks["keypoints"].setWindowTitle)
+        self._annotation.method_requested.connect(self._on_annotation_method_requested)
+        self._annotation.derive_requested.connect(self.actions_by_name["derive"].trigger)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -325,6 +330,10 @@ class MainWindow(QMainWindow):
     def _on_job_stage_imported(self, _: object) -> None:
         self.four_up.show_scene()
         self.scene_prepared.emit()
+
+    @Slot(str)
+    def _on_annotation_method_requested(self, method: Method) -> None:
+        self.actions_by_name[f"method_{method}"].trigger()
 
     @Slot(object)
     def _on_jobs_job_changed(self, job: Job) -> None:

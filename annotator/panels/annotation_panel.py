@@ -1,0 +1,134 @@
+"""What is annotated: keypoints or boxes, the switch between them, and what was derived from what."""
+
+from pathlib import PurePosixPath
+from typing import get_args
+
+from PySide6.QtCore import Signal, Slot
+from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
+
+from annotations.documents.annotation import Method
+from annotator.looks.labels import WrappedText
+from annotator.looks.naming import named
+from annotator.panels.boxes_panel import BoxesPanel
+from annotator.panels.keypoints_panel import KeypointsPanel
+from annotator.session import Session
+
+_METHODS: tuple[Method, ...] = get_args(Method)
+
+
+class AnnotationPanel(QWidget):
+    """Shows the panel of the open document's method.
+
+    Signals
+    -------
+    method_requested : str
+        A person wants to annotate by another method.
+    derive_requested
+        A person wants the document of the other method made from this one.
+    """
+
+    method_requested = Signal(str)
+    derive_requested = Signal()
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self.setObjectName("annotation_panel")
+        self._panels: dict[Method, QWidget] = {
+            "keypoints": KeypointsPanel(session),
+            "boxes": BoxesPanel(session),
+        }
+        self._switch = QButtonGroup(self)
+        row = QHBoxLayout()
+        row.setSpacing(0)
+        for method in _METHODS:
+            button = named(QToolButton(), f"method_{method}", title=f"Annotate by {method}")
+            button.setText(method.title())
+            button.setCheckable(True)
+            button.setProperty("method", method)
+            self._switch.addButton(button)
+            row.addWidget(button)
+        self._switch.buttonClicked.connect(self._on_switch_button_clicked)
+        self._derive = named(QPushButton("Derive…"), "derive")
+        self._derive.clicked.connect(self.derive_requested)
+        row.addStretch(1)
+        row.addWidget(self._derive)
+        self._origin = WrappedText(name="derived_from")
+        self._origin.set_color(lambda colors: colors.muted)
+        margin = self.fontMetrics().height() // 3
+        head = QVBoxLayout()
+        head.setContentsMargins(margin, margin, margin, 0)
+        head.addLayout(row)
+        head.addWidget(self._origin)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(head)
+        for panel in self._panels.values():
+            layout.addWidget(panel, 1)
+        session.document_changed.connect(self._on_session_document_changed)
+        session.worklist_changed.connect(self._on_session_worklist_changed)
+        session.volume_changed.connect(self._on_session_volume_changed)
+        self._draw()
+
+    @property
+    def method(self) -> Method:
+        """The method whose panel is shown: the open document's, or that of the documents to come."""
+        document = self._session.document
+        return document.method if document is not None else self._session.method
+
+    @Slot(object)
+    def _on_switch_button_clicked(self, button: QToolButton) -> None:
+        self.method_requested.emit(button.property("method"))
+        # The other document may take a while to open, or this one refuse to be left.
+        self._draw()
+
+    @Slot(object, object)
+    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+        self._draw()
+
+    @Slot()
+    def _on_session_worklist_changed(self) -> None:
+        self._draw()
+
+    @Slot()
+    def _on_session_volume_changed(self) -> None:
+        self._draw()
+
+    def _draw(self) -> None:
+        shown, methods = self.method, self._session.methods
+        # The dock bears it.
+        self.setWindowTitle(shown.title())
+        # Hidden first: with both in sight for a moment the window would have to grow.
+        for method in sorted(self._panels, key=lambda method: method == shown):
+            self._panels[method].setVisible(method == shown)
+        for button in self._switch.buttons():
+            method = button.property("method")
+            button.setChecked(method == shown)
+            button.setEnabled(method in methods)
+            button.setToolTip(
+                f"Annotate by {method}; each method has a file of its own, and both stay"
+                if method in methods
+                else f"This study is annotated by {' and '.join(methods)} alone"
+            )
+        self._draw_derivation(shown, methods)
+
+    def _draw_derivation(self, shown: Method, methods: tuple[Method, ...]) -> None:
+        document = self._session.document
+        other = next(method for method in _METHODS if method != shown)
+        is_placed = document is not None and any(part.anchor_um is not None for part in document.parts)
+        self._derive.setEnabled(is_placed and other in methods)
+        if other not in methods:
+            self._derive.setToolTip(f"This study is annotated by {shown} alone")
+        elif not is_placed:
+            self._derive.setToolTip(f"Place {shown} first: {other} are derived from them")
+        else:
+            self._derive.setToolTip(
+                f"Make a new, marked annotation by {other} from these {shown}, and open it; this one stays"
+            )
+        origin = document.derived_from if document is not None else None
+        self._origin.setVisible(origin is not None)
+        if origin is not None:
+            roll = f", roll {origin.roll_deg:.1f}°" if origin.roll_deg is not None else ""
+            self._origin.setText(f"Derived from {PurePosixPath(origin.path).name}{roll}")
+            self._origin.setToolTip(f"From the {origin.method} in {origin.path}")
