@@ -44,7 +44,7 @@ class RecoveryDialog(QDialog):
         self._list = QTreeWidget()
         self._list.setObjectName("recovery_list")
         self._list.setAccessibleName("Annotations with unsaved edits")
-        self._list.setHeaderLabels(["Annotation", "Last edit", "Edits", "Keypoints placed"])
+        self._list.setHeaderLabels(["Annotation", "Last edit", "Edits", "Placed"])
         self._list.setRootIsDecorated(False)
         self._list.setAlternatingRowColors(True)
         for recovery in self._recoveries:
@@ -139,16 +139,17 @@ class RecoveryDialog(QDialog):
 
 def _item(recovery: Recovery) -> QTreeWidgetItem:
     moment = QDateTime.fromSecsSinceEpoch(int(recovery.changed_at))
-    placed = len(recovery.document.positions_um)
+    document = recovery.document
+    placed = sum(part.anchor_um is not None for part in document.parts)
     item = QTreeWidgetItem(
         [
             recovery.annotation_path.name,
             moment.toString("yyyy-MM-dd hh:mm"),
             str(recovery.edits),
-            f"{placed} of {len(recovery.document.keypoints)}",
+            f"{placed} of {len(document.parts)} {document.method}",
         ]
     )
-    item.setToolTip(0, f"{recovery.annotation_path}\nVolume: {Path(recovery.document.volume.path).name}")
+    item.setToolTip(0, f"{recovery.annotation_path}\nVolume: {Path(document.volume.path).name}")
     return item
 
 

@@ -63,7 +63,7 @@ def test_what_was_recovered_is_told(dialog: RecoveryDialog) -> None:
     item = items(dialog).topLevelItem(1)
     assert item.text(0) == "v002.json"
     assert item.text(2) == "7"
-    assert item.text(3) == "1 of 6"
+    assert item.text(3) == "1 of 6 keypoints"
     assert "/study/anna/v002.json" in item.toolTip(0)
     assert items(dialog).currentItem() is item
 
