@@ -99,16 +99,20 @@ class ChainSolver:
         self._seen_square = float(np.vdot(self.seen, self.seen))
         self._cross = self.seen.T @ self.body
 
-    def solutions(self, starts: Sequence[tuple[Array, Array]] = ()) -> list[Solution]:
+    def solutions(
+        self, starts: Sequence[tuple[Array, Array]] = (), *, most: int = _MOST_STARTS
+    ) -> list[Solution]:
         """Return the local minima that were found, the best one first; some may stand more than once.
 
         Parameters
         ----------
         starts : sequence of (axes, angles_rad)
             Where to begin besides the grid; of equally good minima the first of these leads.
+        most : int
+            In how many places of the grid to begin.
         """
         found: list[Solution] = []
-        for axes, angles_rad in [*starts, *self._grid_starts(_MOST_STARTS)]:
+        for axes, angles_rad in [*starts, *self._grid_starts(most)]:
             found.append(self._polished(axes, angles_rad, found))
         if self.joints:
             # The same bend by hinges of the other sense: too near for the grid where the bend is small.
@@ -120,9 +124,9 @@ class ChainSolver:
                 found.append(self._polished(axes, mirrored_rad, found, held))
         return sorted(found, key=_rounded)
 
-    def best(self) -> Solution:
-        """Return the minimum next to the best place of the grid: quicker, and seldom worse than all."""
-        return self._polished(*self._grid_starts(1)[0], ())
+    def next_to(self, solution: Solution) -> Solution:
+        """Return the minimum next to a solution of another solver with the same chain."""
+        return self._polished(solution.axes, solution.angles_rad, (), solution.on_limits)
 
     def position_um(self, solution: Solution) -> Array:
         """Return where the middle of the root link is, shape (3,), in the volume's frame."""
@@ -254,7 +258,7 @@ class _Descent:
 
     def residuals(self, unknowns: Array) -> Array:
         self._go_to(unknowns)
-        gaps = (self._seen - self._body @ self._stacked).ravel()
+        gaps: Array = (self._seen - self._body @ self._stacked).ravel()
         if self._solver.length_sigma_um is None:
             return gaps
         return np.concatenate([gaps, unknowns[self._angles.stop :] / self._solver.length_sigma_um])
@@ -294,8 +298,8 @@ class _Descent:
 
 def _turning(vectors: Array) -> Array:
     """Return the derivatives of u × ω by ω for vectors u of shape (n, 3): one (n, 3) array for each ω_c."""
-    derivatives: Array = (vectors @ _TURNS_BY).reshape(-1, 3, 3).transpose(1, 0, 2)
-    return derivatives
+    products: Array = vectors @ _TURNS_BY
+    return products.reshape(-1, 3, 3).transpose(1, 0, 2)
 
 
 def _turn_by_gibbs(x: float, y: float, z: float) -> Array:
