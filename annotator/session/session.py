@@ -1,4 +1,4 @@
-"""The session: opens, saves and recovers what `SessionPosing` edits and `SessionState` announces."""
+"""The session: opens, saves and recovers what its bases edit and `SessionState` announces."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,12 +15,12 @@ from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown
 from annotations.geometry.frames import vector
+from annotator.session.calibrating import SessionCalibrating
 from annotator.session.deriving import write_derived
 from annotator.session.document_file import DocumentFile
 from annotator.session.jobs import Job, Result
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
-from annotator.session.posing import SessionPosing
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.view import View
 from annotator.session.volume_opener import VolumeOpener
@@ -36,7 +36,7 @@ _NOTHING_ON_ITS_WAY: dict[str, Any] = {
 }
 
 
-class Session(SessionPosing):
+class Session(SessionCalibrating):
     """Everything that is open in one window, and the only way to change it; signals: see `SessionState`."""
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:

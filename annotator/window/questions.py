@@ -9,15 +9,20 @@ from PySide6.QtWidgets import QDialog, QFileDialog, QWidget
 from annotations.documents.recovery import Recovery
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
+from annotations.geometry.box_conversion import RollUnknown
 from annotations.geometry.frames import Vector
 from annotations.volumes import DatasetChoice, Volume
+from annotator.dialogs.calibration_dialog import CalibrationDialog
 from annotator.dialogs.dataset_dialog import DatasetDialog
 from annotator.dialogs.error_dialog import ErrorDialog
 from annotator.dialogs.overwrite_dialog import OverwriteDialog
 from annotator.dialogs.recovery_dialog import RecoveryDialog
+from annotator.dialogs.roll_dialog import RollChoiceDialog, RollEntryDialog
 from annotator.dialogs.spacing_dialog import SpacingDialog
 from annotator.dialogs.unsaved_dialog import UnsavedDialog
 from annotator.session import Session
+from annotator.session.calibrating import ToolCalibration
+from annotator.session.deriving import roll_meanings
 
 _ANNOTATION_FILES = "Annotations (*.json)"
 _GO_ON = "Go on without saving"
@@ -51,6 +56,8 @@ class Questions(QObject):
         session.spacing_requested.connect(self._on_session_spacing_requested)
         session.dataset_requested.connect(self._on_session_dataset_requested)
         session.recovery_requested.connect(self._on_session_recovery_requested)
+        session.roll_requested.connect(self._on_session_roll_requested)
+        session.calibrated.connect(self._on_session_calibrated)
         session.overwrite_requested.connect(self._on_session_overwrite_requested)
         session.save_state_changed.connect(self._on_session_save_state_changed)
         session.error_raised.connect(self._on_session_error_raised)
@@ -199,6 +206,29 @@ class Questions(QObject):
         dialog = RecoveryDialog(recoveries, self._window)
         dialog.recover_requested.connect(self._session.recover)
         dialog.discard_requested.connect(self._session.discard_recovery)
+        self.show(dialog)
+
+    def _on_session_roll_requested(self, unknown: RollUnknown) -> None:
+        document, tool = self._session.document, self._session.tool
+        if document is None or tool is None:
+            return
+        meanings = roll_meanings(document, tool, unknown)
+        dialog: RollChoiceDialog | RollEntryDialog
+        if meanings:
+            dialog = RollChoiceDialog(unknown.link, meanings, self._window)
+        else:
+            dialog = RollEntryDialog(unknown.link, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.roll_deg is not None:
+                self._session.derive(dialog.roll_deg)
+
+        dialog.accepted.connect(on_dialog_accepted)
+        self.show(dialog)
+
+    def _on_session_calibrated(self, found: ToolCalibration) -> None:
+        dialog = CalibrationDialog(found, self._window)
+        dialog.accepted.connect(lambda: self._session.keep_calibration(found, dialog.name))
         self.show(dialog)
 
     def _on_session_overwrite_requested(self, problem: str) -> None:
