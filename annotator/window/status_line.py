@@ -16,6 +16,7 @@ _SETTLING = "Return keeps {0}, a click from another angle settles its depth, Esc
 _PROPOSED = "Return keeps {0} here, Esc drops it"
 _DRAGGED = "Letting go keeps {0} here, Esc drops it"
 _DRAFTED = "Letting go keeps it here, Esc takes it back"
+_TYPED = "Return keeps it, Esc drops it"
 _REFINED = "Return accepts the refined pose, Esc rejects it"
 _PLACING = "A click places {0}"
 _FIRST_END = "A click places the base of {0}, a second one its tip"
@@ -109,7 +110,7 @@ class StatusLine(QStatusBar):
         elif view.first_end_um is not None:
             hint = _SECOND_END.format(view.active_part)
         elif view.draft is not None:
-            hint = _DRAFTED
+            hint = _TYPED if view.draft.is_typed else _DRAFTED
         elif view.mode == "pose":
             hint = _POSING
         elif view.mode == "place" and view.active_part is not None:
@@ -192,7 +193,7 @@ def _hinted(view: View) -> object:
         view.active_part,
         view.preview,
         view.overlays_hidden,
-        view.draft is None,
+        view.draft and view.draft.is_typed,
         view.first_end_um is None,
         view.refinement is None,
     )

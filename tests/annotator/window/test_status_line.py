@@ -1,6 +1,7 @@
 import pytest
 from PySide6.QtWidgets import QLabel, QWidget
 
+from annotations.fitting.refine import Refinement
 from annotations.volumes import Ray
 from annotator.looks import theme
 from annotator.session.view import Preview
@@ -19,6 +20,12 @@ def line(qtbot, session):
 
 def text(line: StatusLine, name: str) -> str:
     return line.findChild(QWidget, name).text()
+
+
+def with_boxes(qtbot, session) -> None:
+    """Open the volume's boxes instead of its keypoints."""
+    with qtbot.waitSignal(session.volume_changed):
+        session.set_method("boxes")
 
 
 def test_place_of_the_cursor(line):
@@ -54,7 +61,7 @@ def test_proposal_says_what_can_be_done_with_it(line, session):
 def test_message_shows(line, session):
     session.activate("k0")
     session.snap("edge")
-    assert "Place the keypoint" in line.currentMessage()
+    assert "Place a keypoint" in line.currentMessage()
 
 
 def test_spacing_and_its_origin(line, session):
@@ -88,6 +95,37 @@ def test_locked_keypoint_is_not_offered_to_a_click(line, session):
 def test_drag_is_kept_by_letting_go(line, session):
     session.look(preview=Preview("k2", A_UM, "dragged"))
     assert text(line, "status_hint") == "Letting go keeps k2 here, Esc drops it"
+
+
+def test_a_box_is_placed_by_two_clicks_and_then_adjusted(qtbot, line, session):
+    with_boxes(qtbot, session)
+    session.set_mode("place")
+    assert text(line, "status_hint") == "A click places the base of link0, a second one its tip"
+    session.place(A_UM)
+    assert text(line, "status_hint") == "A click places the tip of link0, Esc gives the base up"
+    session.aim_second_end((900.0, 405.0, 235.0))
+    assert text(line, "status_hint") == "A click places the tip of link0, Esc gives the base up"
+    session.place((900.0, 405.0, 235.0))
+    session.activate("link0")
+    assert text(line, "status_hint") == "Handles move, turn and resize the box of link0; N chooses the next"
+    session.drag_handle("center", A_UM)
+    assert text(line, "status_hint") == "Letting go keeps it here, Esc takes it back"
+    session.drop_preview()
+    session.set_locked("link0", True)
+    assert text(line, "status_hint").startswith("link0 is locked")
+
+
+def test_posing_says_what_handles_do_and_how_to_keep_it(line, session):
+    session.set_mode("pose")
+    assert text(line, "status_mode") == "Posing"
+    assert text(line, "status_hint").startswith("Handles move, turn and bend the tool")
+    session.drag_handle("move:link0", A_UM)
+    assert text(line, "status_hint") == "Letting go keeps it here, Esc takes it back"
+    session.preview_angle("theta1", 20.0, is_typed=True)
+    assert text(line, "status_hint") == "Return keeps it, Esc drops it"
+    session.keep_draft()
+    session.look(refinement=Refinement(session.tool_pose, {}, {}, 2.0, 1.0, ""))
+    assert text(line, "status_hint") == "Return accepts the refined pose, Esc rejects it"
 
 
 def test_annotator_is_named(line, session):
