@@ -14,7 +14,7 @@ from annotator.scene.segments import Segment, Segments
 from annotator.scene.sprites import Sprite, blank
 from annotator.session.handles import Handle, HandleKind
 
-_SIZE_PX = 30.0
+_SIZE_PX = 36.0  # the largest form, with its lines
 _OUTLINE_PX = 1.5
 _HALO_PX = 2.0
 _HALO = QColor(0, 0, 0, 200)

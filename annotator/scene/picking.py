@@ -16,6 +16,9 @@ from annotator.scene.camera import Camera
 SPHERE_PX = 14.0
 """Diameter of a keypoint's sphere, at every zoom: as it is drawn, and as the cursor meets it."""
 
+_ALIKE_PX = 3.0
+"""What appears nearer together than this is one place for a hand: what lies on top counts."""
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -99,13 +102,17 @@ class Picture:
     def topmost(
         self, positions_um: Mapping[str, Vector], x_px: float, y_px: float, radius_px: float
     ) -> str | None:
-        """Return the name of the position nearest to the eye within a radius of a pixel, or None."""
+        """Return the name of the position nearest to a pixel, of those that are about as near the topmost."""
         if not positions_um:
             return None
         names = list(positions_um)
         places = self.project([positions_um[name] for name in names])
-        near = _distances_px(places, x_px, y_px) <= radius_px
-        return names[int(np.argmin(np.where(near, places[:, 2], np.inf)))] if near.any() else None
+        distances_px = _distances_px(places, x_px, y_px)
+        nearest_px = distances_px.min()
+        alike = distances_px <= nearest_px + _ALIKE_PX
+        return (
+            names[int(np.argmin(np.where(alike, places[:, 2], np.inf)))] if nearest_px <= radius_px else None
+        )
 
 
 def _distances_px(places: NDArray[np.float64], x_px: float, y_px: float) -> NDArray[np.float64]:
