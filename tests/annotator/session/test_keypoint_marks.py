@@ -1,5 +1,7 @@
 """What is drawn of each keypoint follows from the document and the view."""
 
+import pytest
+
 from annotations.documents import edits
 from annotator.session import Session
 from annotator.session.keypoint_marks import keypoint_marks
@@ -32,6 +34,24 @@ def test_marks_say_what_a_person_said(session: Session) -> None:
     assert (mark.state, mark.unsure, mark.active, mark.text) == ("occluded", True, True, "k2 ?")
     assert session.tool is not None
     assert mark.color == session.tool.link("link1").color
+
+
+def test_the_ends_of_boxes_are_marked_and_the_first_click_on_its_way(boxes_session: Session) -> None:
+    session = boxes_session
+    session.place((100.0, 200.0, 300.0))
+    (begun,) = keypoint_marks(session.shown_document, session.tool, session.view)
+    assert (begun.name, begun.position_um, begun.preview) == ("k0", (100.0, 200.0, 300.0), True)
+    session.aim_second_end((600.0, 200.0, 300.0))
+    base, tip = keypoint_marks(session.shown_document, session.tool, session.view)
+    assert (base.name, tip.name) == ("k0", "k1")
+    assert tip.position_um == pytest.approx((600.0, 200.0, 300.0))
+    session.place((600.0, 200.0, 300.0))
+    session.set_state("link0", "occluded")
+    session.set_certainty("link0", "unsure")
+    session.set_locked("link0", True)
+    base, tip = keypoint_marks(session.shown_document, session.tool, session.view)
+    for mark in (base, tip):
+        assert (mark.state, mark.unsure, mark.locked, mark.preview) == ("occluded", True, True, False)
 
 
 def test_without_a_tool_a_keypoint_has_a_color_of_its_own(session: Session) -> None:

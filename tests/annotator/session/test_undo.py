@@ -1,5 +1,6 @@
 """Whatever is edited in whatever order: undo and redo give back exactly the documents that were there."""
 
+import math
 from typing import Any
 
 import pytest
@@ -7,9 +8,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from annotations.documents.annotation import Annotation
+from annotations.geometry.boxes import Box
+from annotations.geometry.kinematics import ToolPose
+from annotations.geometry.rotations import quaternion
 from annotator.session import Session
 
 names = st.sampled_from([f"k{number}" for number in range(6)])
+links = st.sampled_from(["link0", "link1", "link2"])
 positions_um = st.tuples(*[st.floats(-1e5, 1e5)] * 3)
 edits = st.one_of(
     st.tuples(st.just("place"), positions_um, st.just("clicked"), names),
@@ -33,10 +38,62 @@ edits = st.one_of(
 )
 
 
+near_um = st.tuples(*[st.floats(-2e4, 2e4)] * 3)
+rotations = (
+    st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda values: math.hypot(*values) > 1e-3).map(quaternion)
+)
+boxes = st.builds(Box, near_um, st.tuples(*[st.floats(20, 2e4)] * 3), rotations)
+poses = st.builds(
+    ToolPose,
+    near_um,
+    rotations,
+    st.fixed_dictionaries({"theta1": st.floats(-90, 90), "theta2": st.floats(0, 90)}),
+)
+handles = st.sampled_from(
+    ["center", "base", "tip", "swing", "roll", "+y", "-z", "move:link1", "bend:theta1", "bend:theta2"]
+)
+body_edits = st.one_of(
+    st.tuples(st.just("set_mode"), st.sampled_from(["place", "pose", "navigate"])),
+    st.tuples(st.just("place"), near_um),
+    st.tuples(st.just("activate"), links),
+    st.tuples(st.just("type_box"), links, boxes),
+    st.tuples(st.just("free_cross_section"), links, st.booleans()),
+    st.tuples(st.just("drag_handle"), handles, near_um),
+    st.tuples(st.just("drag_body"), links, near_um),
+    st.tuples(st.just("keep_draft")),
+    st.tuples(st.just("drop_preview")),
+    st.tuples(st.just("nudge"), st.integers(0, 2), st.integers(-10, 10)),
+    st.tuples(st.just("turn"), st.integers(0, 2), st.floats(-180, 180)),
+    st.tuples(st.just("bend"), st.integers(0, 2), st.floats(-180, 180)),
+    st.tuples(st.just("turn_over")),
+    st.tuples(st.just("pose_tool"), poses),
+    st.tuples(st.just("set_locked"), links, st.booleans()),
+    st.tuples(st.just("set_state"), links, st.sampled_from(["placed", "occluded", "unplaced"])),
+    st.tuples(st.just("clear"), links),
+    st.tuples(st.just("undo")),
+    st.tuples(st.just("redo")),
+)
+
+
 @pytest.mark.timeout(120)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
 @given(st.lists(edits, max_size=30))
 def test_undo_and_redo_are_exact(session: Session, steps: list[tuple[Any, ...]]) -> None:
+    check_history(session, steps)
+
+
+@pytest.mark.timeout(120)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
+@given(st.lists(body_edits, max_size=30))
+def test_undo_and_redo_are_exact_for_boxes_and_poses(
+    boxes_session: Session, steps: list[tuple[Any, ...]]
+) -> None:
+    boxes_session.look(free_links=frozenset(), first_end_um=None, draft=None, pose=None, mode="navigate")
+    check_history(boxes_session, steps)
+
+
+def check_history(session: Session, steps: list[tuple[Any, ...]]) -> None:
+    """Do some steps, each one edit at most, and compare the documents on the way back and forth."""
     session.undo_stack.clear()
     start = session.document
     assert start is not None

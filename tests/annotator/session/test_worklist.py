@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from annotations.documents.study import Study, StudyVolume, save_study
+from annotations.documents.annotation import Method, changed
+from annotations.documents.study import Study, StudyVolume, load_study, save_study
 from annotations.errors import UserError
 from annotator.session import Session
 from annotator.session.worklist import read_worklist
@@ -75,3 +76,61 @@ def test_what_offers_nothing_is_named(tmp_path: Path, make: object, says: str) -
     folder.mkdir()
     with pytest.raises(UserError, match=says):
         read_worklist(make(folder), "anna")  # type: ignore[operator]
+
+
+def study_of(folder: Path, volume_path: Path, methods: tuple[Method, ...]) -> Path:
+    make_study(folder, volume_path)
+    save_study(changed(load_study(folder), methods=methods), folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("methods", "wanted", "used"),
+    [
+        (("keypoints",), "boxes", "keypoints"),
+        (("boxes",), "keypoints", "boxes"),
+        (("keypoints", "boxes"), "boxes", "boxes"),
+        (("boxes", "keypoints"), "keypoints", "keypoints"),
+    ],
+)
+def test_a_study_says_by_which_methods_it_is_annotated(
+    tmp_path: Path, volume_path: Path, methods: tuple[Method, ...], wanted: Method, used: Method
+) -> None:
+    folder = study_of(tmp_path / "study", volume_path, methods)
+    worklist = read_worklist(folder, "anna", wanted)
+    assert worklist.method == used
+    assert worklist.methods == methods
+    assert worklist.items[0].annotation_path.name == f"second.{used}.json"
+
+
+def test_each_method_has_files_and_a_status_of_its_own(session: Session, volume_path: Path) -> None:
+    session.place((1.0, 2.0, 3.0))
+    session.set_status("done")
+    for path in (volume_path, volume_path.parent):
+        keypoints = read_worklist(path, "anna")
+        boxes = read_worklist(path, "anna", "boxes")
+        assert (keypoints.items[0].status, boxes.items[0].status) == ("done", "new")
+        assert boxes.items[0].annotation_path.name == "v001.npy.boxes.json"
+        assert keypoints.with_method("boxes") == boxes
+        assert boxes.with_method("keypoints") == keypoints
+        assert keypoints.with_method("keypoints") is keypoints
+
+
+def test_a_file_that_is_not_named_after_its_method_is_found_again(session: Session, tmp_path: Path) -> None:
+    session.place((1.0, 2.0, 3.0))
+    mine = tmp_path / "mine.json"
+    assert session.save_as(mine)
+    worklist = read_worklist(mine, "anna", "boxes")
+    assert worklist.method == "keypoints", "the file says it"
+    boxes = worklist.with_method("boxes")
+    assert boxes.items[0].annotation_path == tmp_path / "mine.boxes.json"
+    assert boxes.items[0].status == "new"
+    again = boxes.with_method("keypoints")
+    assert again.items[0].annotation_path == mine
+    assert again.items[0].status == "in_progress"
+    # One that is named after it comes first, and what is no annotation by it does not count.
+    shutil.copy(mine, tmp_path / "mine.keypoints.json")
+    assert boxes.with_method("keypoints").items[0].annotation_path == tmp_path / "mine.keypoints.json"
+    (tmp_path / "mine.keypoints.json").unlink()
+    mine.write_text("{")
+    assert boxes.with_method("keypoints").items[0].annotation_path == tmp_path / "mine.keypoints.json"
