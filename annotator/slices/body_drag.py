@@ -1,6 +1,7 @@
 """Drags of boxes and of the posed tool on a slice, by a handle or by the body itself."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -101,15 +102,16 @@ class BodyGrip:
         view, viewport = self._session.view, self._surface.viewport
         grabbed: HandleMark | Solid | None = self._surface.handle_under(at.x(), at.y(), GRAB_RADIUS_PX)
         if grabbed is None:
-            grabbed = self._body_at(at, handled=True)
+            grabbed = self._body_at(at, (solid for solid in self._surface.solids if is_handled(solid, view)))
         if grabbed is None or viewport is None:
             return None
         return BodyDrag(grabbed, at, viewport.flat_um(at.x(), at.y()), view.mode, view.active_part)
 
     def box_at(self, at: QPointF) -> str | None:
         """Return the link of the box around a pixel that is not the active one."""
-        other = self._body_at(at, handled=False)
-        return other.link if other is not None and other.kind == "box" else None
+        others = (solid for solid in self._surface.solids if solid.kind == "box" and not solid.active)
+        other = self._body_at(at, others)
+        return other.link if other is not None else None
 
     def drag(self, drag: BodyDrag, at: QPointF) -> bool:
         """Draw what is held at a pixel, as far from the plane as it was; False where the session refuses."""
@@ -135,9 +137,8 @@ class BodyGrip:
         # Not through the crosshair, which may lie up to half a voxel from that plane.
         return viewport.position_um(at.x(), at.y(), viewport.plane.depth_um(self._surface.index))
 
-    def _body_at(self, at: QPointF, *, handled: bool) -> Solid | None:
-        view, position_um = self._session.view, self.aimed_um(at)
-        bodies = (solid for solid in self._surface.solids if is_handled(solid, view) == handled)
+    def _body_at(self, at: QPointF, bodies: Iterable[Solid]) -> Solid | None:
+        position_um = self.aimed_um(at)
         return solid_around(bodies, position_um) if position_um is not None else None
 
 

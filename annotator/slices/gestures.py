@@ -222,7 +222,8 @@ class SliceGestures:
             return self._grip.take_hold(at) or self._press_to_navigate(at, mark)
         if mode == "navigate" or document is None:
             return self._press_to_navigate(at, mark)
-        return self._press_to_place(at, mark) if document.method == "keypoints" else self._press_at_boxes(at)
+        is_by_boxes = document.method == "boxes"
+        return self._press_at_boxes(at, mark) if is_by_boxes else self._press_to_place(at, mark)
 
     def _press_to_navigate(self, at: QPointF, mark: Mark | None) -> _Hold:
         if mark is not None:
@@ -237,13 +238,13 @@ class SliceGestures:
         self._place(at)
         return _Spent()
 
-    def _press_at_boxes(self, at: QPointF) -> _Hold:
+    def _press_at_boxes(self, at: QPointF, mark: Mark | None) -> _Hold:
         """Place an end of the active box; once it is placed, take hold of it, or choose another one."""
         if not self._awaits_end:
             if drag := self._grip.take_hold(at):
                 return drag
-            if link := self._grip.box_at(at):
-                self._session.activate(link)
+            if part := self._grip.box_at(at) or (mark and mark.name):
+                self._session.activate(part)
                 return _Spent()
         # With nothing to place, the session says why.
         self._place(at)
@@ -337,6 +338,7 @@ class SliceGestures:
             return Qt.CursorShape.ForbiddenCursor if self._grip.is_refused else Qt.CursorShape.CrossCursor
         if self._grip.take_hold(at) is not None:
             return Qt.CursorShape.ForbiddenCursor if self._grip.is_refused else Qt.CursorShape.OpenHandCursor
-        if self._session.view.mode == "place" and self._grip.box_at(at) is not None:
+        is_on_part = self._grip.box_at(at) or self._surface.mark_under(at.x(), at.y(), GRAB_RADIUS_PX)
+        if self._session.view.mode == "place" and is_on_part:
             return Qt.CursorShape.PointingHandCursor
         return Qt.CursorShape.ArrowCursor

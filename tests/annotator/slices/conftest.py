@@ -12,13 +12,21 @@ from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from annotations.geometry.frames import Vector
+from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
+from annotations.geometry.rotations import from_yaw_pitch_roll
 from annotations.volumes import write_sidecar
 from annotator.session import Session
 from annotator.slices.fetching import SliceFetcher
+from annotator.slices.handle_marks import handle_marks
 from annotator.slices.linked_zoom import link_zoom
 from annotator.slices.slice_view import SliceView
 
 BRIGHT_VOXEL = (7, 41, 12)
+# The small volume with these voxels is 17 × 26 × 11 mm, as large as a real one.
+ROOMY_UM = (430.0, 430.0, 215.0)
+POSE = ToolPose(
+    (6000.0, 7500.0, 5000.0), from_yaw_pitch_roll(65.0, 10.0, 30.0), {"theta1": -20.0, "theta2": 25.0}
+)
 
 
 class Hand:
@@ -34,6 +42,20 @@ class Hand:
         """Return the position, on the plane that is shown, of a pixel."""
         assert view.viewport is not None
         return view.viewport.position_um(at.x(), at.y(), view.viewport.plane.depth_um(view.index))
+
+    def handle(self, session: Session, view: SliceView, name: str) -> QPoint:
+        """Bring the slices through a handle, and return the whole pixel of a view at which it is drawn."""
+        (handle,) = (each for each in session.handles() if each.name == name)
+        session.look(crosshair_um=handle.position_um)
+        assert view.viewport is not None
+        shown = handle_marks(session.handles(), session.solids(), session.view, view.viewport, view.index)
+        (mark,) = (each for each in shown if each.handle.name == name)
+        return QPoint(round(mark.x), round(mark.y))
+
+    def way_um(self, view: SliceView, way: QPoint) -> Vector:
+        """Return how far, in µm, a move by some pixels leads within a view's plane."""
+        assert view.viewport is not None
+        return view.viewport.plane.lifted((way.x() / view.viewport.scale, way.y() / view.viewport.scale), 0.0)
 
     def click(self, view: SliceView, at: QPoint) -> None:
         QTest.mouseClick(view, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
@@ -130,6 +152,53 @@ def views(
     first, second, third = empty_views
     qtbot.waitUntil(lambda: all(view.is_sharp for view in empty_views))
     return (first, second, third)
+
+
+@pytest.fixture
+def roomy_views(
+    qtbot: QtBot, request: pytest.FixtureRequest, empty_views: tuple[SliceView, ...], volume_path: Path
+) -> tuple[SliceView, SliceView, SliceView]:
+    """Three linked views on a volume in which the tool has room, with nothing placed, navigating."""
+    write_sidecar(volume_path, ROOMY_UM, 2)
+    session: Session = request.getfixturevalue("session")
+    session.look(crosshair_um=POSE.position_um)
+    first, second, third = empty_views
+    qtbot.waitUntil(lambda: all(view.is_sharp for view in empty_views))
+    return (first, second, third)
+
+
+@pytest.fixture
+def unboxed(qtbot: QtBot, roomy_views: tuple[SliceView, ...], empty_session: Session) -> Session:
+    """A session on the roomy volume in a document of boxes without any, in place mode."""
+    session = empty_session
+    session.set_method("boxes")
+    qtbot.waitUntil(lambda: session.document is not None and session.document.method == "boxes")
+    qtbot.waitUntil(lambda: not session.jobs.running and all(view.is_sharp for view in roomy_views))
+    session.look(crosshair_um=POSE.position_um)
+    session.set_mode("place")
+    session.activate("link0")
+    return session
+
+
+@pytest.fixture
+def boxed(unboxed: Session) -> Session:
+    """A session with every box where `POSE` has it, the first one active, in place mode."""
+    assert unboxed.tool is not None
+    for link, box in link_boxes(POSE, unboxed.tool).items():
+        unboxed.type_box(link, box)
+    unboxed.activate("link0")
+    return unboxed
+
+
+@pytest.fixture
+def placed_tool(roomy_views: tuple[SliceView, ...], empty_session: Session) -> Session:
+    """A session on the roomy volume with every keypoint where `POSE` has it, navigating."""
+    session = empty_session
+    assert session.tool is not None
+    for name, position_um in keypoints_um(POSE, session.tool).items():
+        session.place(position_um, keypoint=name)
+    session.look(crosshair_um=POSE.position_um)
+    return session
 
 
 @pytest.fixture
