@@ -69,7 +69,8 @@ class BoxEditor(QWidget):
         super().__init__(parent)
         self._session = session
         # Near the vertical many angles make one rotation: those that a person typed go on being shown.
-        self._angles_deg: Vector = (0.0, 0.0, 0.0)
+        self._typed_deg: Vector = (0.0, 0.0, 0.0)
+        self._kept_deg = self._typed_deg
         self.setObjectName("box_editor")
         self._title = ElidedText(name="box_title")
         # Elided, it never makes the panel wide.
@@ -186,7 +187,7 @@ class BoxEditor(QWidget):
         if (box := self._shown()) is not None:
             angles_deg = list(self._angles_of(box))
             angles_deg[axis] = number
-            self._angles_deg = vector(angles_deg)
+            self._typed_deg = vector(angles_deg)
             self._preview(replace(box, rotation_wxyz=rotations.from_yaw_pitch_roll(*angles_deg)))
 
     @Slot(tuple)
@@ -240,12 +241,11 @@ class BoxEditor(QWidget):
 
     def _angles_of(self, box: Box) -> Vector:
         """Return yaw, pitch and roll of a box: those that were typed, as long as they make its rotation."""
-        typed = np.asarray(rotations.from_yaw_pitch_roll(*self._angles_deg))
-        # At half turns w is zero, and the sign of the whole quaternion a matter of rounding.
-        apart = min(float(np.abs(typed - sign * np.asarray(box.rotation_wxyz)).max()) for sign in (1.0, -1.0))
-        if apart > _SAME_ROTATION:
-            self._angles_deg = rotations.yaw_pitch_roll_deg(box.rotation_wxyz)
-        return self._angles_deg
+        for angles_deg in (self._typed_deg, self._kept_deg):
+            if _is_same_rotation(rotations.from_yaw_pitch_roll(*angles_deg), box.rotation_wxyz):
+                return angles_deg
+        self._typed_deg = rotations.yaw_pitch_roll_deg(box.rotation_wxyz)
+        return self._typed_deg
 
     def _preview(self, box: Box) -> None:
         if (part := self._part()) is not None:
@@ -264,6 +264,8 @@ class BoxEditor(QWidget):
     def _keep(self) -> None:
         self._stop()
         self._session.settle_typing()
+        if (box := self._shown()) is not None:
+            self._kept_deg = self._angles_of(box)
         self._draw(over_typing=True)
 
     def _draw(self, *, over_typing: bool = False) -> None:
@@ -323,3 +325,9 @@ class BoxEditor(QWidget):
         self._quaternion.setEnabled(usable)
         self._free.setEnabled(usable)
         self._turn_over.setEnabled(usable and is_placed)
+
+
+def _is_same_rotation(first: rotations.Quaternion, second: rotations.Quaternion) -> bool:
+    # At half turns w is zero, and the sign of the whole quaternion a matter of rounding.
+    difference, total = np.subtract(first, second), np.add(first, second)
+    return min(np.abs(difference).max(), np.abs(total).max()) <= _SAME_ROTATION

@@ -31,6 +31,7 @@ class EditorArea(QScrollArea):
 
     def __init__(self, editor: BoxEditor) -> None:
         super().__init__()
+        self._editor = editor
         self.setObjectName("boxes_scroll")
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -38,11 +39,11 @@ class EditorArea(QScrollArea):
         self.setWidget(editor)
 
     def sizeHint(self) -> QSize:
-        return self.widget().sizeHint().expandedTo(self.minimumSizeHint())
+        return self._editor.sizeHint().expandedTo(self.minimumSizeHint())
 
     def minimumSizeHint(self) -> QSize:
         bar = self.verticalScrollBar().sizeHint().width()
-        return QSize(self.widget().minimumSizeHint().width() + bar, super().minimumSizeHint().height())
+        return QSize(self._editor.minimumSizeHint().width() + bar, super().minimumSizeHint().height())
 
 
 class BoxesPanel(PartsPanel[BoxAnnotation]):
