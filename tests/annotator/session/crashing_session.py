@@ -1,10 +1,11 @@
 """Edits a document in a process that will be killed, and reports on a pipe what it begins and finishes.
 
 Run as ``python crashing_session.py FOLDER SEEDS``: for each seed a child is forked that works in FOLDER/SEED
-with a session and its autosave, without a window, until somebody kills it. The imports are paid once.
+with a session and its autosave, without a window, until somebody kills it: by keypoints for even seeds, by
+boxes for odd ones. The imports are paid once.
 
-On standard output, one JSON line each: ``{"pid": …}`` first, then ``{"begun": keypoints}`` before an edit,
-with what it will make of them, and ``{"finished": keypoints}`` after it. A line on its
+On standard output, one JSON line each: ``{"pid": …}`` first, then ``{"begun": parts}`` before an edit,
+with what it will make of the keypoints or boxes, and ``{"finished": parts}`` after it. A line on its
 input starts the next.
 """
 
@@ -18,6 +19,9 @@ from PySide6.QtCore import QCoreApplication, QTimer
 
 from annotations.documents import edits
 from annotations.documents.annotation import Annotation
+from annotations.geometry.boxes import Box
+from annotations.geometry.frames import Vector
+from annotations.geometry.rotations import quaternion
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 
@@ -29,7 +33,7 @@ def report(kind: str, content: object) -> None:
 
 def content_of(document: Annotation) -> object:
     """Return what must be recovered of a document."""
-    return document.model_dump(mode="json")["keypoints"]
+    return document.model_dump(mode="json")[document.method]
 
 
 class Editor:
@@ -59,20 +63,32 @@ class Editor:
             self._do(self._session.undo_stack.redo)
         elif choice < 0.35:
             self._session.save()
+        elif self._session.method == "boxes":
+            self._type_box()
         else:
             self._place()
 
     def _place(self) -> None:
         name = f"k{self._random.randrange(6)}"
-        position_um = (
-            self._random.uniform(-100, 900),
-            self._random.uniform(0, 800),
-            self._random.uniform(0, 400),
-        )
-        present = self._documents[self._position]
-        self._documents[self._position + 1 :] = [edits.place_keypoint(present, name, position_um, "clicked")]
-        self._position += 1
+        position_um = self._random_position_um()
+        self._expect(edits.place_keypoint(self._documents[self._position], name, position_um, "clicked"))
         self._do(lambda: self._session.place(position_um, "clicked", name))
+
+    def _type_box(self) -> None:
+        assert self._session.tool is not None
+        link = self._random.choice(self._session.tool.links)
+        size_um = (self._random.uniform(4000, 12_000), *link.cross_section_um)
+        rotation = quaternion([self._random.gauss(0, 1) for _ in range(4)])
+        box = Box(self._random_position_um(), size_um, rotation)
+        self._expect(edits.place_box(self._documents[self._position], link.name, box, "typed"))
+        self._do(lambda: self._session.type_box(link.name, box))
+
+    def _random_position_um(self) -> Vector:
+        return (self._random.uniform(-100, 900), self._random.uniform(0, 800), self._random.uniform(0, 400))
+
+    def _expect(self, document: Annotation) -> None:
+        self._documents[self._position + 1 :] = [document]
+        self._position += 1
 
     def _do(self, edit: object) -> None:
         expected = content_of(self._documents[self._position])
@@ -88,6 +104,7 @@ def work(folder: Path, seed: int) -> None:
     session = Session(
         SessionOptions(
             annotator_name="anna",
+            method="boxes" if seed % 2 else "keypoints",
             autosave_s=0.02,
             recovery_folder=folder / "recovery",
             level_cache_folder=folder / "levels",

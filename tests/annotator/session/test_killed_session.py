@@ -19,15 +19,15 @@ KILLS = 50
 SCRIPT = Path(__file__).with_name("crashing_session.py")
 
 
-def recovered_keypoints(folder: Path) -> Any:
-    """Return the keypoints that a person gets back: the recovery's, or else the file's."""
+def recovered_parts(folder: Path, method: str) -> Any:
+    """Return the keypoints or boxes that a person gets back: the recovery's, or else the file's."""
     recoveries = find_recoveries(folder / "recovery")
     assert len(recoveries) <= 1
     if recoveries:
         document = recoveries[0].document
     else:
-        document, _ = load_annotation(folder / "annotations" / "anna" / "v001.npy.keypoints.json")
-    return document.model_dump(mode="json")["keypoints"]
+        document, _ = load_annotation(folder / "annotations" / "anna" / f"v001.npy.{method}.json")
+    return document.model_dump(mode="json")[method]
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="kill -9 and fork are POSIX")
@@ -68,7 +68,7 @@ def test_every_reported_edit_survives_kill_9(tmp_path: Path, volume_path: Path) 
             for path in (folder / "annotations").rglob("*.json*"):
                 if not path.name.endswith(".partial"):
                     load_annotation(path)
-            assert recovered_keypoints(folder) in [
+            assert recovered_parts(folder, "boxes" if seed % 2 else "keypoints") in [
                 state for state in (last_finished, begun) if state is not None
             ]
     assert process.returncode == 0
