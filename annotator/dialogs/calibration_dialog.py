@@ -63,7 +63,8 @@ class CalibrationDialog(QDialog):
         )
         layout.addWidget(self._table(), 1)
         if found.calibration.skipped:
-            layout.addWidget(WrappedText(f"{len(found.calibration.skipped)} files were left out:"))
+            count = len(found.calibration.skipped)
+            layout.addWidget(WrappedText(f"{count} file{'s were' if count > 1 else ' was'} left out:"))
             layout.addWidget(self._skipped())
         layout.addLayout(form)
         layout.addWidget(self._problem)
