@@ -19,6 +19,8 @@ from annotator.slices.viewport import Viewport
 
 # Less than this is a click with an unsteady hand, not a drag.
 DRAG_DISTANCE_PX = 3.0
+# With less of its way on the screen than this, a handle that is bound to an axis follows the mouse loosely.
+_LEAST_SHARE = 0.3
 
 
 class BodySurface(Protocol):
@@ -123,7 +125,8 @@ class BodyGrip:
         across_um, down_um = np.subtract(viewport.flat_um(at.x(), at.y()), drag.start_um)
         by_um = viewport.plane.lifted((float(across_um), float(down_um)), 0.0)
         if isinstance(grabbed, HandleMark):
-            self._session.drag_handle(grabbed.handle.name, vector(np.add(grabbed.position_um, by_um)))
+            to_um = _led_um(grabbed, by_um, viewport.plane.axis)
+            self._session.drag_handle(grabbed.handle.name, to_um)
         else:
             self._session.drag_body(grabbed.link, by_um)
         drag.has_begun = self._session.view.draft is not None
@@ -140,6 +143,26 @@ class BodyGrip:
     def _body_at(self, at: QPointF, bodies: Iterable[Solid]) -> Solid | None:
         position_um = self.aimed_um(at)
         return solid_around(bodies, position_um) if position_um is not None else None
+
+
+def _led_um(mark: HandleMark, by_um: Vector, across: int) -> Vector:
+    """Return where a handle is led, so that it stays under the mouse where it is not free.
+
+    Parameters
+    ----------
+    by_um : (float, float, float)
+        How far the mouse has moved, within the plane.
+    across : int
+        The array axis that the plane is across.
+    """
+    by, own = np.asarray(by_um), np.asarray(mark.handle.axis or (0.0, 0.0, 0.0))
+    toward_person, within = float(own[across]), float(own @ own - own[across] ** 2)
+    if mark.handle.pivot_um is not None and abs(toward_person) >= _LEAST_SHARE:
+        # It goes round in the plane across its axis.
+        by = by - np.eye(3)[across] * (own @ by) / toward_person
+    elif mark.handle.pivot_um is None and within >= _LEAST_SHARE**2:
+        by = own * (own @ by) / within
+    return vector(np.add(mark.position_um, by))
 
 
 def is_far(at: QPointF, start: QPointF) -> bool:

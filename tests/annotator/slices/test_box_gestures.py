@@ -244,7 +244,7 @@ def test_faces_have_handles_only_where_the_cross_section_is_free(
     hand.drag(view, start, start + outwards)
 
     box = box_of(boxed)
-    assert box.size_um[1] > was.size_um[1] + 500
+    assert box.size_um[1] == pytest.approx(1.4 * was.size_um[1], abs=150), "a pixel is about 70 µm"
     assert (box.size_um[0], box.size_um[2]) == (was.size_um[0], was.size_um[2])
     assert box.position_um((0.0, -0.5, 0.0)) == pytest.approx(fixed_um)
     assert_one_step(boxed, edits, before)
