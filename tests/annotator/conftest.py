@@ -2,6 +2,7 @@
 
 import gc
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -83,3 +84,12 @@ def session(qtbot: QtBot, empty_session: Session, volume_path: Path) -> Session:
     """A session with the small volume open and all its levels there."""
     open_and_wait(qtbot, empty_session, volume_path)
     return empty_session
+
+
+@pytest.fixture
+def boxes_session(qtbot: QtBot, options: SessionOptions, volume_path: Path) -> Iterator[Session]:
+    """A session with the small volume open, its document one of boxes."""
+    session = Session(replace(options, method="boxes"))
+    open_and_wait(qtbot, session, volume_path)
+    yield session
+    session.shut_down()

@@ -4,7 +4,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from annotator.looks.typed_numbers import NotUnderstood, parse_length_um, parse_number, split_triple
+from annotator.looks.typed_numbers import (
+    NotUnderstood,
+    parse_length_um,
+    parse_number,
+    parse_size_um,
+    split_triple,
+)
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -75,3 +81,20 @@ def test_a_pasted_position_is_taken_apart(text: str) -> None:
 @pytest.mark.parametrize("text", ["1", "1 2", "1 2 3 4", "1,2,3", "9.35 mm", "a b c", ""])
 def test_anything_else_is_no_position(text: str) -> None:
     assert split_triple(text) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected_um"),
+    [("12.5", "um", 12.5), ("12.5", "mm", 12500.0), ("12.5 µm", "mm", 12.5), ("1.1 cm", "um", 11000.0)],
+)
+def test_a_size_has_the_tables_unit_or_its_own(text: str, unit: str, expected_um: float) -> None:
+    assert parse_size_um(text, unit) == pytest.approx(expected_um)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [("0", "more than zero"), ("-1 mm", "more than zero"), ("3 voxels", "not cubes"), ("mm", "number")],
+)
+def test_a_size_that_no_body_has_is_refused(text: str, reason: str) -> None:
+    with pytest.raises(NotUnderstood, match=reason):
+        parse_size_um(text, "um")
