@@ -8,8 +8,9 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QAbstractButton, QApplication, QDialog, QMessageBox, QPushButton, QTreeWidget
 from pytestqt.qtbot import QtBot
 
-from annotations.documents.edits import place_keypoint
+from annotations.documents.edits import place_box, place_keypoint
 from annotations.documents.recovery import Recovery
+from annotations.geometry.boxes import Box
 from annotator.dialogs.recovery_dialog import RecoveryDialog
 from annotator.session import Session
 
@@ -66,6 +67,19 @@ def test_what_was_recovered_is_told(dialog: RecoveryDialog) -> None:
     assert item.text(3) == "1 of 6 keypoints"
     assert "/study/anna/v002.json" in item.toolTip(0)
     assert items(dialog).currentItem() is item
+
+
+def test_boxes_are_counted_as_boxes(qtbot: QtBot, boxes_session: Session) -> None:
+    assert boxes_session.document is not None
+    box = Box((1.0, 2.0, 3.0), (11000.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
+    document = place_box(boxes_session.document, "link1", box, "typed")
+    dialog = RecoveryDialog(
+        [Recovery(Path("a.journal"), Path("/study/anna/v001.boxes.json"), "x", document, 1, 1_790_000_000.0)]
+    )
+    qtbot.addWidget(dialog)
+    item = items(dialog).topLevelItem(0)
+    assert item is not None
+    assert item.text(3) == "1 of 3 boxes"
 
 
 def test_the_chosen_document_is_recovered(
