@@ -77,8 +77,7 @@ def _rival(
     pairs = [(joint.name, angles_deg[joint.name], others_deg[joint.name]) for joint in joints]
     shown = [pair for pair in pairs if abs(pair[1] - pair[2]) > _SHOWN_DEG]
     if not shown:
-        text = "Another roll about the shaft fits the data as well."
-        return [OpenQuestion("roll", "", text)]
+        return [OpenQuestion("direction", "", "Another pose, turned as a whole, fits the data as well.")]
     # The sense of the bend is the question where the greatest change is one of sign.
     name, angle_deg, other_deg = max(shown, key=lambda pair: abs(pair[1] - pair[2]))
     told = " and ".join(f"{name} = {first:+.0f}° or {second:+.0f}°" for name, first, second in shown)

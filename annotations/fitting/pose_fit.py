@@ -1,9 +1,10 @@
 """The pose of a tool that fits a document best, how sure it is, and what the data leave open."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from annotations.documents.annotation import Annotation
 from annotations.fitting.chain import Array, Chain, chain_of
@@ -25,6 +26,7 @@ _UM_PER_DEG = 100.0
 _SHARE_OF_OPEN = 0.1
 _DISTINCT_SIGMAS = 4.0
 _DISTINCT_DEG = 2.0
+_ROLL = "rotation_x_deg"
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +124,12 @@ def fit_points(
     if not known.tells_a_direction:
         return None
     pose = _pose(best, solver, resting_rad)
+    rivals = [other for other in others if other.chi_square - best.chi_square < AS_WELL]
+    if any(known.is_another_roll(other, best) for other in rivals):
+        known = known.without_roll()
     alternatives: list[Solution] = []
-    for other in others:
-        if other.chi_square - best.chi_square < AS_WELL and all(
-            known.is_distinct(other, each) for each in [best, *alternatives]
-        ):
+    for other in rivals:
+        if all(known.is_distinct(other, each) for each in [best, *alternatives]):
             alternatives.append(other)
     alternative_poses = tuple(_pose(other, solver, resting_rad) for other in alternatives)
     unseen = {name for joint, name in enumerate(chain.joints) if joint not in solver.joints}
@@ -178,7 +181,7 @@ class _Determined:
         scale = np.concatenate([units[:3], np.ones(count - 3)])
         scaled = (directions_there * scale[:, None])[keep]
         names = np.array(
-            ["x_um", "y_um", "z_um", "rotation_x_deg", "rotation_y_deg", "rotation_z_deg"]
+            ["x_um", "y_um", "z_um", _ROLL, "rotation_y_deg", "rotation_z_deg"]
             + [f"{chain.joints[joint]}_deg" for joint in joints]
         )
         covariance = (scaled * variances) @ scaled.T
@@ -195,8 +198,30 @@ class _Determined:
             deviations_deg=deviations_deg[3:],
         )
 
+    def without_roll(self) -> "_Determined":
+        """Return the same with the roll left open."""
+        if _ROLL not in self.parameters:
+            return self
+        place = self.parameters.index(_ROLL)
+        covariance = np.delete(np.delete(self.covariance, place, axis=0), place, axis=1)
+        return replace(
+            self,
+            parameters=tuple(name for name in self.parameters if name != _ROLL),
+            open_parameters=(_ROLL, *self.open_parameters),
+            covariance=covariance,
+            deviations_deg=np.concatenate([[np.inf], self.deviations_deg[1:]]),
+        )
+
+    def is_another_roll(self, first: Solution, second: Solution) -> bool:
+        """Say whether two solutions differ in their roll alone: what bend there is, is within noise."""
+        return bool((self._differs(first, second) == np.eye(1, len(self.deviations_deg), dtype=bool)).all())
+
     def is_distinct(self, first: Solution, second: Solution) -> bool:
         """Say whether two solutions differ by more than noise in what the data determine."""
+        return bool(self._differs(first, second).any())
+
+    def _differs(self, first: Solution, second: Solution) -> NDArray[np.bool_]:
+        """Say of roll, tilt about y and z, and angles, whether they differ by more than noise."""
         joints = list(self.joints)
         bends_deg = np.degrees(first.angles_rad - second.angles_rad)[joints]
         turn = first.axes.T @ second.axes
@@ -208,7 +233,8 @@ class _Determined:
             roll_deg = tilt_deg = 0.0
         differences_deg = np.abs(np.concatenate([[roll_deg, tilt_deg, tilt_deg], bends_deg]))
         least_deg = np.maximum(_DISTINCT_DEG, _DISTINCT_SIGMAS * self.deviations_deg)
-        return bool((differences_deg > least_deg).any())
+        differs: NDArray[np.bool_] = differences_deg > least_deg
+        return differs
 
 
 def _tells_a_direction(solution: Solution, solver: ChainSolver, open_turns: Array) -> bool:
