@@ -16,8 +16,14 @@ GESTURES: tuple[Gesture, ...] = (
     Gesture(
         "Slices", "Click or drag (navigating)", "Move the crosshair; on a keypoint: make it the active one"
     ),
-    Gesture("Slices", "Click (placing)", "Place the active keypoint"),
+    Gesture("Slices", "Click (placing)", "Place the active keypoint, or the base and then the tip of a box"),
     Gesture("Slices", "Drag a keypoint (placing)", "Move it; Esc takes the drag back"),
+    Gesture("Slices", "Click another box (placing)", "Make its link the active one"),
+    Gesture("Slices", "Drag a handle or a box (placing)", "Move, turn or resize the box; Esc takes it back"),
+    Gesture(
+        "Slices", "Drag a handle or the tool (posing)", "Move, turn or bend the whole tool; Esc takes it back"
+    ),
+    Gesture("Slices", "Click or drag beside the tool (posing)", "Move the crosshair"),
     Gesture("Slices", "Wheel", "One plane on or back; with Shift ten"),
     Gesture("Slices", "Ctrl+wheel", "Zoom at the cursor, in all three slices"),
     Gesture("Slices", "Middle drag, or Shift+left drag", "Pan"),
@@ -33,6 +39,11 @@ GESTURES: tuple[Gesture, ...] = (
         "Click (placing)",
         "Propose a position on the surface; the slices go there. Return keeps it, a second click "
         "from another angle settles its depth, Esc drops it",
+    ),
+    Gesture("Scene", "Click another box (placing)", "Make its link the active one"),
+    Gesture("Scene", "Drag a handle (placing)", "Move, turn or resize the active box; Esc takes it back"),
+    Gesture(
+        "Scene", "Drag a handle or the tool (posing)", "Move, turn or bend the whole tool; Esc takes it back"
     ),
     Gesture("Panes", "Double click on a header", "Let the pane fill the window, or show all four again"),
 )
