@@ -52,8 +52,6 @@ def fit_readout(fit: ToolFit, tool: ToolSpecification) -> FitReadout:
 def _residual(fit: ToolFit) -> Line:
     count = len(fit.residuals_um)
     keypoints = f"{count} keypoint{'' if count == 1 else 's'}"
-    if fit.degrees_of_freedom < 1:
-        return Line("fit_rms", "Residual", f"none: {keypoints} fit any tool of this shape", is_known=False)
     return Line("fit_rms", "Residual", f"{fit.rms_um:.0f} µm rms of {keypoints}")
 
 
@@ -65,7 +63,7 @@ def _angle(fit: ToolFit, parameter: str, name: str, title: str, values_deg: Sequ
         if all(abs((value_deg - each + 180) % 360 - 180) > _SAME_DEG for each in told):
             told.append(value_deg)
     either = " or ".join(signed_text(value_deg, 1) for value_deg in told)
-    return Line(name, title, f"{either}  ± {fit.standard_deviations[parameter]:.1f}°")
+    return Line(name, title, f"{either}  ±\N{NO-BREAK SPACE}{fit.standard_deviations[parameter]:.1f}°")
 
 
 def _of_limits(fit: ToolFit, tool: ToolSpecification) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """The fit of the tool to what is placed, live, and what can be made of it."""
 
-from PySide6.QtCore import Slot
+from PySide6.QtCore import Qt, Slot
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from annotator.looks.labels import WrappedText
@@ -77,7 +77,7 @@ class FitSection(QWidget):
             button.setToolTip("Pose the tool in this solution, which explains what is placed as well")
             button.clicked.connect(self._on_other_clicked)
             self._others.append(button)
-            self._choices.addWidget(button)
+            self._choices.addWidget(button, 0, Qt.AlignmentFlag.AlignLeft)
         for button, other in zip(self._others, others, strict=False):
             button.setText(f"Take {other}")
         for number, button in enumerate(self._others):

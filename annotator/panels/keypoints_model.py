@@ -44,8 +44,8 @@ _COLUMNS = (
     ),
     PartColumn(
         "residual",
-        "Δ / µm",
-        "Residual: how far the fitted tool is from it; in colour where clicks alone do not explain it",
+        "Δ",
+        "Residual in µm: how far the fitted tool is from it; in colour where clicks alone do not explain it",
     ),
     PartColumn(
         "state",

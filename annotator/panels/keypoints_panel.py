@@ -15,12 +15,12 @@ _UNITS = (
     ("voxel", "Voxels", "Show and type voxel indices"),
 )
 
-# The widest that a column of numbers shows, and the words that are its heading.
+# The widest that a column of numbers shows in µm and in voxels, and the words that are its heading.
 _SAMPLES: dict[int, tuple[str, ...]] = {
-    Column.X: ("000000", "x / µm"),
-    Column.Y: ("000000", "y / µm"),
-    Column.Z: ("000000", "z / µm"),
-    Column.RESIDUAL: ("0000", "Δ / µm"),
+    Column.X: ("00000", "0000.0", "x / µm"),
+    Column.Y: ("00000", "0000.0", "y / µm"),
+    Column.Z: ("00000", "0000.0", "z / µm"),
+    Column.RESIDUAL: ("0000", "Δ"),
 }
 
 

@@ -12,6 +12,7 @@ from annotator.session import Session
 
 _FEWEST_POSITIONS = 3
 _TOO_FEW = f"From {_FEWEST_POSITIONS} positions on it is checked whether they go together."
+_LOOKING = "Looking whether the positions go together…"
 _EVERY_ORDER = "Try every way in which keypoints may have been interchanged, not only two at a time: slower"
 
 
@@ -23,7 +24,7 @@ class MistakesSection(QWidget):
         self._session = session
         self._readings: tuple[MistakeReading, ...] = ()
         self._rows: list[MistakeRow] = []
-        self._verdict = WrappedText(name="mistakes_verdict")
+        self._verdict = WrappedText(_LOOKING, name="mistakes_verdict")
         self._list = QVBoxLayout()
         self._every_order = named(QPushButton("Try every &order"), "mistakes_every_order")
         self._every_order.setToolTip(_EVERY_ORDER)

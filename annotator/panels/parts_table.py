@@ -178,7 +178,7 @@ class PartsTable(QTableView):
     def _narrowest_widths(self) -> dict[int, int]:
         mark = self.style().pixelMetric(QStyle.PixelMetric.PM_SmallIconSize, None, self)
         widths = {column: max(map(self._text_width, samples)) for column, samples in self._samples.items()}
-        widths |= dict.fromkeys(self._parts.columns_of("sure", "lock", "clear"), mark + mark // 2)
+        widths |= dict.fromkeys(self._parts.columns_of("sure", "lock", "clear"), mark + mark // 4)
         bold = QFont(self.font())
         bold.setBold(True)
         metrics = QFontMetrics(bold)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from PySide6.QtCore import Qt, Slot
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from annotations.geometry import rotations
 from annotations.geometry.frames import vector
@@ -36,7 +36,8 @@ class PoseControls(QWidget):
         self._session = session
         self._joints: tuple[Joint, ...] = ()
         self.setObjectName("pose_controls")
-        self._enter = named(QPushButton("&Pose the tool as a whole"), "pose_enter")
+        self._enter = named(QToolButton(), "pose_enter", title="Pose the tool as a whole")
+        self._enter.setText("&Pose the tool as a whole")
         self._enter.setCheckable(True)
         self._enter.setToolTip("Pose mode: all keypoints or boxes follow the tool as one body")
         self._enter.clicked.connect(self._on_enter_clicked)
@@ -104,8 +105,10 @@ class PoseControls(QWidget):
             slider = named(JointSlider(joint), f"pose_{joint.name}_slider", title=f"{title}, slider")
             slider.angle_requested.connect(self._on_slider_angle_requested)
             slider.settled.connect(self._on_slider_settled)
-            field = NumberField(f"pose_{joint.name}_number", f"{title} in degrees")
-            field.setRange(low_deg, high_deg)
+            field = NumberField(
+                f"pose_{joint.name}_number", f"{title} in degrees", lowest=low_deg, highest=high_deg
+            )
+            field.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
             field.setSuffix("°")
             label = QLabel(title)
             label.setBuddy(field)
@@ -171,28 +174,29 @@ class PoseControls(QWidget):
 
 def _add_place_fields(column: QVBoxLayout) -> list[NumberField]:
     """Add fields for x, y, z in µm and yaw, pitch, roll in degrees to a layout, and return them."""
-    grid, fields = QGridLayout(), []
+    grid, places, turns = QGridLayout(), [], []
     for axis, letter in enumerate("xyz"):
-        label = ColoredLabel(f"{letter} / µm")
-        label.set_color(axis_color(axis))
         field = NumberField(f"pose_{letter}", f"{letter} of the tool in µm")
-        field.setToolTip(f"Where the middle of the tool's first link is along {letter}")
+        field.setToolTip(f"Where the middle of the tool's first link is along {letter}, in µm")
+        label = ColoredLabel(letter)
+        label.set_color(axis_color(axis))
         label.setBuddy(field)
-        grid.addWidget(label, 0, axis)
-        grid.addWidget(field, 1, axis)
-        grid.setColumnStretch(axis, 1)
-        fields.append(field)
-    for place, (name, tooltip) in enumerate(_TURNS):
-        label = ColoredLabel(name)
+        grid.addWidget(label, axis, 0)
+        grid.addWidget(field, axis, 1)
+        places.append(field)
+    for row, (name, tooltip) in enumerate(_TURNS):
         field = NumberField(f"pose_{name}", f"{name} of the tool in degrees")
         field.setSuffix("°")
         field.setToolTip(tooltip)
-        label.setBuddy(field)
-        grid.addWidget(label, 2, place)
-        grid.addWidget(field, 3, place)
-        fields.append(field)
+        turn_label = QLabel(name)
+        turn_label.setBuddy(field)
+        grid.addWidget(turn_label, row, 2)
+        grid.addWidget(field, row, 3)
+        turns.append(field)
+    grid.setColumnStretch(1, 1)
+    grid.setColumnStretch(3, 1)
     column.addLayout(grid)
-    return fields
+    return [*places, *turns]
 
 
 def _placed(pose: ToolPose, place: int, number: float) -> ToolPose:

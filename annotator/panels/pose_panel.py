@@ -1,6 +1,6 @@
 """What the geometry says of the open document, live: pose, fit, likely mistakes, lengths and distances."""
 
-from PySide6.QtCore import Slot
+from PySide6.QtCore import QTimer, Slot
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
@@ -68,13 +68,14 @@ class PosePanel(QWidget):
             Folding("Check", self._mistakes, name="mistakes_unfold", unfolded=True),
             Folding("Fit of the tool", self._fit, name="fit_unfold", unfolded=True),
             Folding("Pose the tool", self._controls, name="controls_unfold", unfolded=True),
-            Folding("Links / mm", self._links, name="links_unfold", unfolded=True),
             Folding("Refine", self._refinement, name="refine_unfold", unfolded=True),
+            Folding("Links / mm", self._links, name="links_unfold", unfolded=True),
             Folding("Distances / mm", self._pairs, name="distances_unfold", unfolded=False),
         ]
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(scrolling_column([self._nothing, *self._sections], "pose_scroll"))
+        self._scroll = scrolling_column([self._nothing, *self._sections], "pose_scroll")
+        layout.addWidget(self._scroll)
 
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
@@ -103,10 +104,17 @@ class PosePanel(QWidget):
             self._controls.draw()
         if before.refinement is not after.refinement:
             self._refinement.draw()
+            if after.refinement is not None:
+                # A proposal waits for an answer; the layout makes room for it first.
+                QTimer.singleShot(0, self, self._show_refinement)
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
         self._draw()
+
+    @Slot()
+    def _show_refinement(self) -> None:
+        self._scroll.ensureWidgetVisible(self._refinement)
 
     def _draw(self) -> None:
         tool, document = self._session.tool, self._session.shown_document

@@ -1,6 +1,7 @@
 """What follows from what is placed, as numbers and words: pose targets, link lengths, distances."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -185,7 +186,8 @@ def angle_title(name: str) -> str:
 
 
 def with_titles(text: str, tool: ToolSpecification) -> str:
-    """Write the names of joints in a sentence as everywhere in the window."""
+    """Write the names of joints and the minus signs in a sentence as everywhere in the window."""
+    text = re.sub(r"-(?=\d)", _MINUS, text)
     for joint in tool.joints:
         text = text.replace(joint.name, angle_title(joint.name))
     return text

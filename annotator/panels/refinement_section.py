@@ -1,9 +1,8 @@
 """What the volume itself proposes for the tool's pose: looked for on demand, accepted or rejected."""
 
-from PySide6.QtCore import Slot
+from PySide6.QtCore import Qt, Slot
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
-from annotations.fitting.refine import Refinement
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.panels.distance_tables import ReadOnlyTable
@@ -12,7 +11,7 @@ from annotator.session.jobs import Job
 
 _IDLE = "Polishes the pose so that the tool's surface lies on bright surfaces of the volume."
 _READING = "Reading the volume…"
-_PROPOSED = "Proposed: each keypoint would move by"
+_PROPOSED = "Each keypoint would move as far as it says below."
 
 
 class RefinementSection(QWidget):
@@ -26,6 +25,8 @@ class RefinementSection(QWidget):
         self._moves.setColumnCount(2)
         self._moves.setHorizontalHeaderLabels(("Keypoint", "Move / µm"))
         self._moves.verticalHeader().setVisible(False)
+        self._surface = WrappedText(name="refine_surface")
+        self._surface.set_color(lambda colors: colors.muted)
         self._remark = WrappedText(name="refine_remark")
         self._remark.set_color(lambda colors: colors.warning)
         self._refine = named(QPushButton("&Refine against the volume"), "refine_start")
@@ -44,9 +45,10 @@ class RefinementSection(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 0, 0, 4)
         layout.addWidget(self._text)
-        layout.addWidget(self._moves)
-        layout.addWidget(self._remark)
         layout.addLayout(buttons)
+        layout.addWidget(self._moves)
+        layout.addWidget(self._surface)
+        layout.addWidget(self._remark)
         session.jobs.job_changed.connect(self._on_jobs_job_changed)
 
     def draw(self) -> None:
@@ -57,11 +59,16 @@ class RefinementSection(QWidget):
         self._text.set_color(None if refinement is not None else lambda colors: colors.muted)
         self._refine.setVisible(refinement is None)
         self._refine.setEnabled(not is_reading and bool(self._session.shown_positions_um()))
-        for widget in (self._moves, self._accept, self._reject):
+        for widget in (self._moves, self._surface, self._accept, self._reject):
             widget.setVisible(refinement is not None)
-        self._remark.setVisible(refinement is not None and bool(_remark(refinement)))
+        self._remark.setVisible(refinement is not None and bool(refinement.remark))
         if refinement is not None:
-            self._remark.setText(_remark(refinement))
+            before_um, after_um = refinement.surface_rms_before_um, refinement.surface_rms_after_um
+            self._surface.setText(
+                f"Then the tool's surface lies {after_um:.0f} µm rms from what the volume shows, "
+                f"{before_um:.0f} µm before."
+            )
+            self._remark.setText(refinement.remark)
             self._show_moves()
 
     def _show_moves(self) -> None:
@@ -71,7 +78,7 @@ class RefinementSection(QWidget):
             self._moves.setRowCount(len(moves_um))
             self._moves.fit_height()
         for row, (name, move_um) in enumerate(moves_um.items()):
-            self._moves.write(row, 0, name)
+            self._moves.write(row, 0, name).setTextAlignment(Qt.AlignmentFlag.AlignCenter)
             self._moves.write(row, 1, f"{move_um:.0f}")
 
     @Slot(object)
@@ -90,9 +97,3 @@ class RefinementSection(QWidget):
     @Slot()
     def _on_reject_clicked(self) -> None:
         self._session.reject_refinement()
-
-
-def _remark(refinement: Refinement) -> str:
-    before_um, after_um = refinement.surface_rms_before_um, refinement.surface_rms_after_um
-    surface = f"The surface lies {after_um:.0f} µm rms from what the volume shows, {before_um:.0f} before."
-    return f"{surface} {refinement.remark}".strip()
