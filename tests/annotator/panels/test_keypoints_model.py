@@ -6,6 +6,7 @@ from PySide6.QtGui import QColor, QGuiApplication
 from pytestqt.qtbot import QtBot
 
 from annotations.geometry.frames import Vector
+from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotator.looks import theme
 from annotator.panels.keypoints_model import COORDINATES, Column, KeypointsModel
 from annotator.session import Session
@@ -73,6 +74,55 @@ def test_only_the_changed_row_is_redrawn(qtbot: QtBot, session: Session, model: 
     session.begin_preview("k4", (9.0, 9.0, 9.0), "dragged")
     session.begin_preview("k4", (9.0, 9.0, 10.0), "dragged")
     assert rows == [4, 4]
+
+
+def place_bent_tool(session: Session) -> dict[str, Vector]:
+    assert session.tool is not None
+    pose = ToolPose((3000.0, 4000.0, 2000.0), (1.0, 0.0, 0.0, 0.0), {"theta1": 40.0, "theta2": 25.0})
+    positions_um = keypoints_um(pose, session.tool)
+    for name, position_um in positions_um.items():
+        session.place(position_um, "clicked", name)
+    return positions_um
+
+
+def test_residuals_follow_a_drag_of_any_keypoint_and_are_colored_when_implausible(
+    session: Session, model: KeypointsModel
+) -> None:
+    assert text(model, 0, Column.RESIDUAL) == "—"
+    x, y, z = place_bent_tool(session)["k3"]
+    assert [text(model, row, Column.RESIDUAL) for row in range(6)] == ["0"] * 6
+    redrawn: list[tuple[int, int]] = []
+    model.dataChanged.connect(lambda first, last: redrawn.append((first.row(), first.column())))
+    session.begin_preview("k3", (x, y, z + 2000.0), "dragged")
+    assert session.tool_fit is not None
+    assert text(model, 3, Column.RESIDUAL) == f"{session.tool_fit.residuals_um['k3']:.0f}"
+    assert {row for row, column in redrawn if column == Column.RESIDUAL} == set(range(6))
+    colors = theme.colors(QGuiApplication.palette())
+    color = model.index(3, Column.RESIDUAL).data(ROLE.ForegroundRole)
+    assert color == colors.error
+    session.drop_preview()
+    assert text(model, 3, Column.RESIDUAL) == "0"
+    assert model.index(3, Column.RESIDUAL).data(ROLE.ForegroundRole) is None
+
+
+def test_an_unsure_keypoint_is_excused(session: Session, model: KeypointsModel) -> None:
+    positions_um = place_bent_tool(session)
+    x, y, z = positions_um["k1"]
+    session.place((x, y + 350.0, z), "typed", "k1")
+    assert model.index(1, Column.RESIDUAL).data(ROLE.ForegroundRole) is not None
+    session.set_certainty("k1", "unsure")
+    assert model.index(1, Column.RESIDUAL).data(ROLE.ForegroundRole) is None
+
+
+def test_what_was_filled_in_looks_unlike_what_was_seen(session: Session, model: KeypointsModel) -> None:
+    place_bent_tool(session)
+    session.clear("k5")
+    session.fill_in()
+    assert text(model, 5, Column.SOURCE) == "fitted"
+    assert text(model, 5, Column.RESIDUAL) == "—", "it is no evidence"
+    for column in (Column.X, Column.SOURCE):
+        assert model.index(5, column).data(ROLE.FontRole).italic()
+    assert model.index(4, Column.X).data(ROLE.FontRole) is None
 
 
 def test_a_preview_is_shown_and_dropped(session: Session, model: KeypointsModel) -> None:

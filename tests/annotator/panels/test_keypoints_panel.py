@@ -208,6 +208,16 @@ def test_at_the_width_that_it_asks_for_all_is_in_sight_but_the_source(
     assert not table.verticalScrollBar().isVisible()
 
 
+def test_in_a_narrow_dock_the_residual_is_in_sight_and_nothing_is_scrolled(
+    qtbot: QtBot, panel: KeypointsPanel, table: QTableView
+) -> None:
+    letter = table.fontMetrics().horizontalAdvance("0")
+    panel.resize(letter * 52, 400)
+    qtbot.waitUntil(lambda: table.isColumnHidden(Column.SOURCE))
+    assert not table.isColumnHidden(Column.RESIDUAL)
+    assert table.viewport().rect().contains(table.visualRect(table.model().index(5, Column.CLEAR)))
+
+
 def test_the_table_is_no_taller_than_its_rows(panel: KeypointsPanel, table: QTableView) -> None:
     last = table.visualRect(table.model().index(5, Column.X))
     assert abs(table.viewport().height() - last.bottom()) < 8

@@ -6,6 +6,8 @@ from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QTableWidget, Q
 from pytestqt.qtbot import QtBot
 
 from annotations.geometry.frames import Vector
+from annotations.geometry.kinematics import ToolPose, link_boxes
+from annotator.looks import theme
 from annotator.panels.pose_panel import PosePanel
 from annotator.session import Session
 
@@ -78,6 +80,39 @@ def test_links_stand_beside_their_nominal_lengths(session: Session, panel: PoseP
     assert table.item(0, 3).text() == "−10.0 %"
     session.begin_preview("k1", (10999.9999, 0.0, 0.0), "dragged")
     assert table.item(0, 3).text() == "0.0 %"
+
+
+def test_a_length_that_nothing_explains_is_colored(session: Session, panel: PosePanel) -> None:
+    table = panel.findChild(QTableWidget, "link_table")
+    assert isinstance(table, QTableWidget)
+    session.place((0.0, 0.0, 0.0), "clicked", "k0")
+    session.place((11100.0, 0.0, 0.0), "clicked", "k1")
+    colors = theme.colors(panel.palette())
+    assert table.item(0, 3).foreground() == table.palette().text()
+    for length_um, color in ((12200.0, colors.warning), (13500.0, colors.error)):
+        session.begin_preview("k1", (length_um, 0.0, 0.0), "dragged")
+        assert table.item(0, 3).foreground().color() == color
+        assert "look at both ends" in table.item(0, 3).toolTip()
+    session.drop_preview()
+    assert table.item(0, 3).foreground() == table.palette().text()
+
+
+def test_boxes_show_signed_angles_beside_the_published_ones(qtbot: QtBot, boxes_session: Session) -> None:
+    panel = PosePanel(boxes_session)
+    qtbot.addWidget(panel)
+    assert text(panel, "theta1_deg") == "needs link0, link1"
+    assert boxes_session.tool is not None
+    pose = ToolPose((3000.0, 4000.0, 2000.0), (1.0, 0.0, 0.0, 0.0), {"theta1": -35.2, "theta2": 20.0})
+    for link, box in link_boxes(pose, boxes_session.tool).items():
+        boxes_session.type_box(link, box)
+    assert text(panel, "theta1_deg") == "35.20°   signed \N{MINUS SIGN}35.20°"
+    assert text(panel, "theta2_deg") == "20.00°   signed +20.00°"
+    assert "unsigned" not in text(panel, "note")
+    boxes_session.activate("link0")
+    boxes_session.turn_over()
+    assert text(panel, "theta1_deg") == "35.20°   signed +35.20°"
+    panel.copy_to_clipboard()
+    assert "theta1_signed_deg\t35.2\n" in QApplication.clipboard().text()
 
 
 def test_all_distances_are_folded_away_until_asked_for(

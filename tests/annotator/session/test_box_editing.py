@@ -322,6 +322,18 @@ def test_the_cross_section_is_fixed_until_it_is_freed(placed: Session, messages:
     assert box_of(placed).size_um[1] == 4100.0
 
 
+def test_a_reversed_box_is_turned_end_for_end_and_its_hinge_stays(placed: Session) -> None:
+    before, steps = box_of(placed), placed.undo_stack.count()
+    placed.activate("link1")
+    placed.reverse("link0")
+    assert placed.undo_stack.count() == steps + 1
+    assert box_of(placed).base_um == pytest.approx(before.tip_um)
+    assert box_of(placed).tip_um == pytest.approx(before.base_um)
+    np.testing.assert_allclose(box_of(placed).axes[:, 1], before.axes[:, 1], atol=1e-12)
+    placed.reverse("link2")
+    assert placed.undo_stack.count() == steps + 1, "there is no box to be reversed"
+
+
 def test_typing_gives_an_unplaced_link_a_box(boxes_session: Session) -> None:
     box = Box((1.0, 2.0, 3.0), (5000.0, 4000.0, 4000.0), (0.5, 0.5, 0.5, 0.5))
     boxes_session.type_box("link1", box)
