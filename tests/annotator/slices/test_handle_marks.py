@@ -54,7 +54,7 @@ def test_handles_can_be_taken_wherever_the_slice_cuts_the_box() -> None:
 
 
 def test_beyond_the_box_handles_are_only_hinted_at() -> None:
-    above_um = (BOX.center_um[0], BOX.center_um[1], BOX.center_um[2] - 2400)
+    above_um = (BOX.center_um[0], BOX.center_um[1], BOX.center_um[2] - 2800)
 
     marks = shown(2, above_um)
 
