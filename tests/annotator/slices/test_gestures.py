@@ -146,6 +146,19 @@ def test_a_preview_dropped_by_somebody_else_ends_the_drag(placed: Session, views
     assert placed.document is document
 
 
+def test_leaving_place_mode_with_the_button_down_lets_go(placed: Session, views: Views, hand: Any) -> None:
+    document = placed.document
+    start = hand.pixel(views[0], MIDDLE_UM)
+    QTest.mousePress(views[0], Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, start)
+
+    placed.set_mode("navigate")
+    hand.move(views[0], start + QPoint(30, 0))
+    QTest.mouseRelease(views[0], Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, start)
+
+    assert placed.view.preview is None
+    assert placed.document is document
+
+
 def test_a_locked_keypoint_does_not_move_and_says_why(placed: Session, views: Views, hand: Any) -> None:
     placed.set_locked("k0", True)
     document = placed.document
