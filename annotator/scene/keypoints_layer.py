@@ -1,6 +1,7 @@
 """Keypoints as spheres of constant size on the screen, with their names beside them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -72,7 +73,8 @@ class _DrawnKeypoint:
         picture: Picture,
         font: QFont,
     ) -> None:
-        wanted = (mark, picture.ratio, font)
+        # Wherever it is, it is the same picture.
+        wanted = (replace(mark, position_um=(0.0, 0.0, 0.0)), picture.ratio, font)
         if wanted != self._painted:
             self._painted = wanted
             self._marker.paint(marker_picture(mark, font, picture.ratio))

@@ -2,15 +2,20 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 import vtk
 from numpy.typing import ArrayLike, NDArray
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 
-from annotations.geometry.frames import Vector, vector
+from annotations.geometry.frames import Vector
 from annotator.scene.colors import Rgb
+
+# Of the corners of a block, counted in binary along its axes: those that differ in one digit.
+_BLOCK_EDGES = [
+    (first, second) for first, second in combinations(range(8), 2) if (first ^ second) in (1, 2, 4)
+]
 
 
 @dataclass(frozen=True)
@@ -73,8 +78,9 @@ def box_edges(low_um: ArrayLike, high_um: ArrayLike, color: Rgb) -> Sequence[Seg
 
 def block_edges(corners_um: NDArray[np.float64], color: Rgb) -> Sequence[Segment]:
     """Return the twelve edges of a block, given its corners, shape (2, 2, 2, 3)."""
-    return [
-        Segment(vector(corners_um[first]), vector(corners_um[second]), color)
-        for first, second in combinations(product((0, 1), repeat=3), 2)
-        if np.count_nonzero(np.subtract(first, second)) == 1
-    ]
+    return segments(corners_um.reshape(8, 3)[_BLOCK_EDGES], color)
+
+
+def segments(lines_um: NDArray[np.float64], color: Rgb) -> list[Segment]:
+    """Return lines of one colour, given their ends, shape (n, 2, 3)."""
+    return [Segment(tuple(first), tuple(second), color) for first, second in lines_um.tolist()]

@@ -13,11 +13,10 @@ from PySide6.QtGui import QColor
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 
 from annotations.geometry.boxes import Box
-from annotations.geometry.frames import vector
 from annotator.scene.camera import Camera
 from annotator.scene.colors import ACTIVE, Rgb, rgb
 from annotator.scene.facets import facets
-from annotator.scene.segments import Segment, Segments, block_edges
+from annotator.scene.segments import Segment, Segments, block_edges, segments
 from annotator.session.solids import Solid, SolidKind
 
 _FACE_ON: dict[SolidKind, float] = {"box": 0.20, "ghost": 0.07, "proposal": 0.03}
@@ -26,9 +25,8 @@ _GRAZING: dict[SolidKind, float] = {"box": 0.12, "ghost": 0.55, "proposal": 0.25
 
 _ACTIVE_LIGHTER = 135  # percent
 _DASHES = 9  # of the longest edge of a box that the annotator is not sure of
-_BARB = 0.07
-_HINGE_SHARE = 0.3
-"""Length of the arrow along own +y and of its barbs, as shares of the box's smaller side."""
+_ARROW, _BARB, _TIP = 0.3, 0.07, 0.25
+"""Length of the arrow along own +y, its barbs, the tip towards +x: as shares of the smaller side."""
 
 
 class SolidsLayer:
@@ -115,14 +113,11 @@ def _colors(solid: Solid, facing: NDArray[np.float64]) -> NDArray[np.uint8]:
 
 
 def _outlines(solids: Iterable[Solid], kind: SolidKind, camera: Camera) -> list[Segment]:
-    lines = []
+    lines: list[Segment] = []
     for solid in solids:
         if solid.kind == kind:
             color = rgb(ACTIVE if kind == "proposal" else solid.color)
-            lines += [
-                Segment(vector(first), vector(second), color)
-                for first, second in facets(solid).outline_um(camera)
-            ]
+            lines += segments(facets(solid).outline_um(camera), color)
     return lines
 
 
@@ -146,26 +141,18 @@ def _dashed(edge: Segment, dash_um: float) -> Iterator[Segment]:
     """Yield the dashes of an edge: one begins and one ends at its corners."""
     first, second = np.array(edge.first_um), np.array(edge.second_um)
     count = max(1, round((float(np.linalg.norm(second - first)) / dash_um + 1) / 2))
-    shares = np.linspace(0, 1, 2 * count)
-    for begin, end in zip(shares[::2], shares[1::2], strict=True):
-        yield Segment(
-            vector(first + begin * (second - first)), vector(first + end * (second - first)), edge.color
-        )
+    places_um = first + np.linspace(0, 1, 2 * count)[:, None] * (second - first)
+    yield from segments(places_um.reshape(count, 2, 3), edge.color)
 
 
-def _axis_marks(box: Box, color: Rgb) -> Iterator[Segment]:
-    """Yield what shows a box's own axes: on its +y face an arrow stands along +y, and a tip points to +x."""
+def _axis_marks(box: Box, color: Rgb) -> list[Segment]:
+    """Return what shows a box's own axes: on its +y face an arrow stands along +y, and a tip points to +x."""
     side_um = min(box.size_um[1:])
     along, hinge, up = box.axes.T
     foot = np.array(box.position_um((0, 0.5, 0)))
-    tip = foot + _HINGE_SHARE * side_um * hinge
-    yield _line(foot, tip, color)
-    for aside in (along, -along, up, -up):
-        yield _line(tip, tip + _BARB * side_um * (aside - 2 * hinge), color)
+    tip = foot + _ARROW * side_um * hinge
+    lines = [(foot, tip)]
+    lines += [(tip, tip + _BARB * side_um * (aside - 2 * hinge)) for aside in (along, -along, up, -up)]
     point = np.array(box.position_um((0.42, 0.5, 0)))
-    for aside in (up, -up):
-        yield _line(point, point + 0.25 * side_um * (aside - along), color)
-
-
-def _line(first: NDArray[np.float64], second: NDArray[np.float64], color: Rgb) -> Segment:
-    return Segment(vector(first), vector(second), color)
+    lines += [(point, point + _TIP * side_um * (aside - along)) for aside in (up, -up)]
+    return segments(np.array(lines), color)
