@@ -113,6 +113,7 @@ def test_done_and_back(person, session):
         (Qt.Key.Key_B, "scale_bar"),
         (Qt.Key.Key_N, "names"),
         (Qt.Key.Key_L, "links"),
+        (Qt.Key.Key_G, "ghost"),
         (Qt.Key.Key_C, "crosshair"),
     ],
 )

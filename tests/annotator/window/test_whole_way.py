@@ -17,6 +17,8 @@ from annotator.session import Session
 SPACING_UM = (15.9, 13.5, 9.4)
 # The slab of the small volume begins half a voxel before z = 20.
 SURFACE_Z_UM = 19.5 * 9.4
+# About what a pixel of a slice stands for in a window of the size of the tests.
+A_PIXEL_UM = 6.0
 
 
 def click_scene(person, position_um: Vector) -> None:
@@ -158,3 +160,161 @@ def test_all_six_are_placed_and_nothing_is_lost(
     again.open_path(path)
     qtbot.waitUntil(lambda: session.document is not None)
     assert without_stamps(session.document) == without_stamps(last)
+
+
+def handle_um(session: Session, name: str) -> Vector:
+    return next(handle.position_um for handle in session.handles() if handle.name == name)
+
+
+def drag_handle(person, session: Session, axis: int, name: str, by_um: Vector) -> None:
+    """Bring a slice to a handle, and drag it by a vector in that slice's plane."""
+    start_um = handle_um(session, name)
+    session.look(crosshair_um=start_um)
+    person.drag_slice(axis, start_um, tuple(np.add(start_um, by_um)))
+
+
+def go_back_and_forth(person, session: Session, states: list) -> None:
+    """Undo everything and do it again, state by state."""
+    steps = session.undo_stack.count()
+    assert steps == len(states) - 1
+    for step in range(steps):
+        person.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+        assert session.document == states[steps - 1 - step]
+    assert not session.undo_stack.canUndo()
+    for step in range(steps):
+        person.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
+        assert session.document == states[step + 1]
+
+
+def close_and_reopen(qtbot, window, session: Session, make_window: Callable) -> None:
+    """Save by key, close the window, and find the same document in another one."""
+    last, path = session.document, session.annotation_path
+    QTest.keyClick(window.slices[2], Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    assert not session.unsaved
+    window.close()
+    assert session.volume is None
+    assert without_stamps(load_annotation(path)[0]) == without_stamps(last)
+    again = make_window(session)
+    again.open_path(path)
+    qtbot.waitUntil(lambda: session.document is not None)
+    assert without_stamps(session.document) == without_stamps(last)
+
+
+def test_three_boxes_are_placed_and_nothing_is_lost(
+    qtbot, window, person, session, make_window: Callable
+) -> None:
+    by_boxes = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+    with qtbot.waitSignal(session.volume_changed):
+        person.press(Qt.Key.Key_B, by_boxes)
+    person.slice(2).setFocus()
+    states = [session.document]
+    session.document_changed.connect(lambda _before, after: states.append(after))
+
+    # Two clicks each, in slices of two axes; the next link becomes the active one by itself.
+    person.press(Qt.Key.Key_P)
+    for axis, link, base, tip in (
+        (2, "link0", (5, 10, 24), (15, 25, 24)),
+        (2, "link1", (16, 27, 24), (25, 40, 24)),
+        (0, "link2", (26, 42, 24), (26, 52, 40)),
+    ):
+        assert session.view.active_part == link
+        place_in_slice(person, session, axis, at_voxel(*base))
+        assert link not in session.document.placed_boxes
+        person.click_slice(axis, at_voxel(*tip))
+        box = session.document.placed_boxes[link]
+        for position_um, index in ((box.base_um, base), (box.tip_um, tip)):
+            assert np.all(np.abs(np.subtract(position_um, at_voxel(*index))) <= SPACING_UM)
+        assert box.size_um[1:] == session.tool.link(link).cross_section_um
+
+    # An end is dragged, the rest stays; and a drag that is taken back.
+    person.press(Qt.Key.Key_1)
+    before = session.document.placed_boxes["link0"]
+    drag_handle(person, session, 2, "tip", (3 * 15.9, -2 * 13.5, 0.0))
+    after = session.document.placed_boxes["link0"]
+    assert np.subtract(after.tip_um, before.tip_um) == pytest.approx(
+        (3 * 15.9, -2 * 13.5, 0.0), abs=A_PIXEL_UM
+    )
+    assert after.base_um == pytest.approx(before.base_um, abs=1e-6)
+    assert session.document.part("link0").source == "dragged"
+    start_um = handle_um(session, "base")
+    session.look(crosshair_um=start_um)
+    person.drag_slice(2, start_um, tuple(np.add(start_um, (50.0, 0.0, 0.0))), release=False)
+    assert session.view.draft is not None
+    person.press(Qt.Key.Key_Escape)
+    QTest.mouseRelease(person.slice(2), Qt.MouseButton.LeftButton)
+    assert session.document.placed_boxes["link0"] == after
+
+    # By keys: turned, moved, turned over, grown; its cross-section freed and changed.
+    person.press(Qt.Key.Key_X, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier)
+    person.press(Qt.Key.Key_PageDown)
+    person.press(Qt.Key.Key_I)
+    person.press(Qt.Key.Key_C)
+    grown = session.document.placed_boxes["link0"].size_um
+    person.press(Qt.Key.Key_Down, Qt.KeyboardModifier.ControlModifier)
+    assert session.document.placed_boxes["link0"].size_um != grown
+
+    # Judged, and said to be done.
+    person.press(Qt.Key.Key_O)
+    person.press(Qt.Key.Key_U)
+    person.press(Qt.Key.Key_L)
+    person.press(Qt.Key.Key_Right)
+    person.press(Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
+    part = session.document.part("link0")
+    assert (part.state, part.certainty, part.locked) == ("occluded", "unsure", True)
+    assert session.document.status == "done"
+
+    go_back_and_forth(person, session, states)
+    close_and_reopen(qtbot, window, session, make_window)
+    assert session.document.method == session.method == "boxes"
+
+
+def test_the_tool_is_posed_as_one_body_and_nothing_is_lost(
+    qtbot, window, person, session, make_window: Callable
+) -> None:
+    states = [session.document]
+    session.document_changed.connect(lambda _before, after: states.append(after))
+    person.slice(2).setFocus()
+    session.look(crosshair_um=at_voxel(20, 30, 25))
+    person.press(Qt.Key.Key_B)
+    assert session.view.mode == "pose"
+    assert len(states) == 1
+
+    # The whole tool is moved by its middle, in a slice; a click places nothing.
+    drag_handle(person, session, 2, "move:link0", (4 * 15.9, 3 * 13.5, 0.0))
+    placed_um = dict(session.document.positions_um)
+    assert set(placed_um) == set(session.tool.keypoint_names)
+    assert {part.source for part in session.document.parts} == {"posed"}
+    expected_um = np.add(at_voxel(20, 30, 25), (4 * 15.9, 3 * 13.5, 0.0))
+    assert np.mean([placed_um["k0"], placed_um["k1"]], axis=0) == pytest.approx(expected_um, abs=A_PIXEL_UM)
+    person.click_slice(2, at_voxel(5, 5, 25))
+    assert dict(session.document.positions_um) == placed_um
+
+    # Moved along the other axes, turned and bent by keys: every step is one edit of the whole.
+    drag_handle(person, session, 0, "move:link0", (0.0, -2 * 13.5, 5 * 9.4))
+    person.slice(2).setFocus()
+    ten = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier
+    for key in (Qt.Key.Key_X, Qt.Key.Key_Y, Qt.Key.Key_Q, Qt.Key.Key_J, Qt.Key.Key_K):
+        person.press(key, ten)
+    person.press(Qt.Key.Key_Right)
+    assert session.undo_stack.count() == 8
+    assert session.tool_pose.angles_deg == pytest.approx({"theta1": 10.0, "theta2": 10.0})
+    lengths_um = [
+        np.linalg.norm(
+            np.subtract(session.document.positions_um[link.tip], session.document.positions_um[link.base])
+        )
+        for link in session.tool.links
+    ]
+    assert lengths_um == pytest.approx([link.length_um for link in session.tool.links])
+
+    # One locked keypoint holds the whole tool.
+    person.press(Qt.Key.Key_4)
+    person.press(Qt.Key.Key_L)
+    held = session.document
+    person.press(Qt.Key.Key_Right)
+    assert session.document is held
+    assert "k3 is locked" in window.status.currentMessage()
+    person.press(Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
+
+    go_back_and_forth(person, session, states)
+    close_and_reopen(qtbot, window, session, make_window)
+    assert session.tool_fit.pose.angles_deg == pytest.approx({"theta1": 10.0, "theta2": 10.0}, abs=0.01)
