@@ -28,7 +28,7 @@ class FitSection(QWidget):
         self._remarks = WrappedText(name="fit_remarks")
         self._remarks.set_color(lambda colors: colors.warning)
         self._choices = QVBoxLayout()
-        self._fill_in = named(QPushButton("&Fill in from the fit"), "fit_fill_in")
+        self._fill_in = named(QPushButton("Fill in from the fit"), "fit_fill_in")
         self._fill_in.clicked.connect(self._on_fill_in_clicked)
         fill_row = QHBoxLayout()
         fill_row.addWidget(self._fill_in)

@@ -26,7 +26,7 @@ class MistakesSection(QWidget):
         self._rows: list[MistakeRow] = []
         self._verdict = WrappedText(_LOOKING, name="mistakes_verdict")
         self._list = QVBoxLayout()
-        self._every_order = named(QPushButton("Try every &order"), "mistakes_every_order")
+        self._every_order = named(QPushButton("Try every order"), "mistakes_every_order")
         self._every_order.setToolTip(_EVERY_ORDER)
         self._every_order.clicked.connect(self._on_every_order_clicked)
         order_row = QHBoxLayout()

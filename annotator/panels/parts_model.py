@@ -254,7 +254,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
                 return self._number(part, column, exact=False) or "—"
             case "residual":
                 residual_um = self._residual_um(part)
-                return "—" if residual_um is None else f"{residual_um:.0f}"
+                return "—" if residual_um is None else _short(residual_um)
             case "state":
                 return part.state.replace("_", " ")
             case "source":
@@ -297,6 +297,8 @@ class PartsModel(QAbstractTableModel, Generic[P]):
             return f"{part.name} is locked: unlock it to change it"
         if kind == "number":
             return self._number_tooltip(part, column)
+        if kind == "residual" and (residual_um := self._residual_um(part)) is not None:
+            return f"{residual_um:.1f} µm. {self._columns[column].explanation}"
         return self._text(part, column) if kind == "name" else self._columns[column].explanation
 
     def _accessible_text(self, part: P, column: int) -> str:
@@ -368,6 +370,11 @@ class PartsModel(QAbstractTableModel, Generic[P]):
     @Slot()
     def _on_session_volume_changed(self) -> None:
         self._reset()
+
+
+def _short(residual_um: float) -> str:
+    """Write a residual in four digits at most: what is farther off than a centimetre is wrong anyway."""
+    return f"{residual_um:.0f}" if residual_um < 9999.5 else f"{residual_um / 1000:.0f}k"
 
 
 def _swatch(color: QColor, *, hollow: bool) -> QIcon:
