@@ -46,9 +46,9 @@ class SessionBoxes(SessionEditing):
         return link.base if self._view.first_end_um is None else link.tip
 
     def aim_second_end(self, position_um: Vector) -> None:
-        """Show the box as a second click at a position would place it."""
+        """Show the box as a second click at a position would place it, unless the scene has proposed one."""
         part, box = self._active_part(), self._box_to(vector(position_um))
-        if part is not None and box is not None and self._document is not None:
+        if self._view.preview is None and part is not None and box is not None and self._document is not None:
             document = edits.place_box(self._document, part.link, box, "clicked")
             self.look(draft=Draft(document, f"Place {part.link}"))
 
@@ -92,7 +92,10 @@ class SessionBoxes(SessionEditing):
         if draft is not None:
             self.look(pose=draft.pose or self._view.pose)
             self._edit(draft.text, lambda _document: draft.document)
-            self.look(draft=None)
+            was_begun = self._view.first_end_um is not None
+            self.look(draft=None, first_end_um=None)
+            if was_begun and (following := self._next_unplaced()) is not None:
+                self.activate(following)
 
     def settle_typing(self) -> None:
         """Put what is being typed into the document: who saves or leaves meant it."""

@@ -130,7 +130,8 @@ class SessionEditing(SessionBody):
         if position_um is None:
             self.message_posted.emit("Nothing above the opacity threshold lies under the click")
             return
-        self.look(preview=Preview(name, position_um, "clicked", ray), crosshair_um=position_um)
+        proposed = Preview(name, position_um, "clicked", ray)
+        self.look(preview=proposed, draft=None, crosshair_um=position_um)
         self._refine(position_um, ray)
 
     def keypoint_to_place(self) -> str | None:

@@ -273,8 +273,10 @@ class SliceGestures:
 
     def _click(self, hold: _Pressed) -> None:
         """Choose the keypoint if it was hit; beside it, place the active one: neighbours lie close."""
-        beside = math.hypot(hold.start.x() - hold.mark.x, hold.start.y() - hold.mark.y) > RADIUS_PX
-        if beside:
+        # Who clicks one keypoint after the other hits a neighbour by accident rather than by wish.
+        awaited = self._session.view.active_part not in self._session.shown_positions_um()
+        radius_px = RADIUS_PX / 2 if awaited else RADIUS_PX
+        if math.hypot(hold.start.x() - hold.mark.x, hold.start.y() - hold.mark.y) > radius_px:
             self._place(hold.start)
         else:
             self._session.activate(hold.mark.name)

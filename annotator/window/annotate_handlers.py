@@ -132,10 +132,10 @@ class AnnotateHandlers:
         view = self._session.view
         if view.refinement is not None:
             self._session.accept_refinement()
-        elif view.draft is not None:
-            self._session.keep_draft()
-        else:
+        elif view.preview is not None:
             self._session.keep_preview()
+        else:
+            self._session.keep_draft()
 
     def _turns(self) -> dict[str, Callable[[], object]]:
         session = self._session

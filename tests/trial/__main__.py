@@ -1,7 +1,7 @@
 """Compares keypoints, boxes and pose mode: ``python -m tests.trial [--count N] [--seed S]``.
 
 Synthesises a study whose truth is known, opens it in the real window, and lets a simulated annotator work
-with mouse and keys alone. Needs a display: without one, put ``xvfb-run -a -s "-screen 0 1600x1000x24"``
+with mouse and keys alone. Needs a display: without one, put ``xvfb-run -a -s "-screen 0 1920x1080x24"``
 before the command. Prints a table on standard error and one JSON object on standard output.
 """
 
@@ -76,8 +76,11 @@ class Trial:
             )
         )
         self.window = MainWindow(self.session, Settings(folder / "settings.ini"), folder / "log")
-        self.window.resize(1600, 1000)
+        self.window.resize(1920, 1080)
         self.window.show()
+        self.window.activateWindow()
+        # Keys act in the active window alone.
+        self.wait(self.window.isActiveWindow)
         self.window.prepare_scene()
         self.wait(lambda: not self.session.jobs.running)
 

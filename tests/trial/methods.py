@@ -1,16 +1,21 @@
 """How the simulated annotator works by each method, from an empty document to one that is marked as done."""
 
+from dataclasses import replace
+
+import numpy as np
 from PySide6.QtCore import Qt
 
+from annotations.fitting.evidence import BodyPoint
+from annotations.fitting.pose_fit import fit_points
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotations.geometry.tool import ToolSpecification
 from annotator.session import Session
 from annotator.session.box_handles import box_handles
 from annotator.session.pose_handles import BEND, MOVE, ROLL, SWING, pose_handles
-from tests.trial.person import Person, positions_of
+from tests.trial.person import Person
 
-TOP, SIDE = 2, 1
-"""The slice seen from the scanner, and one along the light."""
+TOP = 2
+"""The axis of the slice that is seen from the scanner."""
 
 
 def by_keypoints(person: Person, session: Session, truth: ToolPose, tool: ToolSpecification) -> None:
@@ -19,28 +24,51 @@ def by_keypoints(person: Person, session: Session, truth: ToolPose, tool: ToolSp
     person.press(Qt.Key.Key_P)
     for name in tool.keypoint_names:
         person.click(TOP, seen_um[name])
-        person.drag(SIDE, session.shown_positions_um()[name], seen_um[name])
+        # In that slice along the light in which the ends of a link lie apart.
+        link = tool.link_of(name)
+        way_um = np.subtract(seen_um[link.tip], seen_um[link.base]) if link is not None else np.zeros(3)
+        side = int(np.argmin(np.abs(way_um[:TOP])))
+        if person.drag(side, session.shown_positions_um()[name], seen_um[name]):
+            # What was dragged stays the active one.
+            person.press(Qt.Key.Key_N)
 
 
 def by_boxes(person: Person, session: Session, truth: ToolPose, tool: ToolSpecification) -> None:
-    """Click both ends of each link from above, then drag them to their depth and turn the box about its axis."""
+    """Click both ends of each link from above, drag them to their depth, and turn the box about its axis."""
     person.press(Qt.Key.Key_P)
     boxes = link_boxes(truth, tool)
     for number, link in enumerate(tool.links):
-        seen_um = person.see(positions_of(box_handles(boxes[link.name], link.color, free=False)))
+        handles = box_handles(boxes[link.name], link.color, free=False)
+        seen_um = person.see({handle.name: handle.position_um for handle in handles})
         person.click(TOP, seen_um["base"])
         person.click(TOP, seen_um["tip"])
         person.press(Qt.Key(Qt.Key.Key_1 + number))
-        person.adjust(lambda: positions_of(session.handles()), seen_um, ("base", "tip", "roll"))
+        wanted = [replace(handle, position_um=seen_um[handle.name]) for handle in handles]
+        person.adjust(wanted, ("base", "tip", "roll"))
         person.press(Qt.Key.Key_N)
 
 
 def by_pose(person: Person, session: Session, truth: ToolPose, tool: ToolSpecification) -> None:
-    """Move, turn and bend the whole tool by its handles."""
-    seen_um = person.see(positions_of(pose_handles(truth, tool)))
+    """Move, turn and bend the whole tool by its handles, until it lies on what is seen of it as a whole.
+
+    So the annotator weighs all keypoints together: the wanted pose is that of least squares to where each of
+    them is believed to be.
+    """
+    points = [
+        BodyPoint(link.name, (along_um, 0.0, 0.0), position_um)
+        for name, position_um in person.see(keypoints_um(truth, tool)).items()
+        for link in tool.links
+        for along_um in ([0.0] if name == link.base else [link.length_um] if name == link.tip else [])
+    ]
+    fit = fit_points(points, tool, start=truth)
+    assert fit is not None
     person.press(Qt.Key.Key_B)
-    order = (MOVE + tool.links[0].name, SWING, ROLL, *(BEND + joint.name for joint in tool.joints))
-    person.adjust(lambda: positions_of(session.handles()), seen_um, order)
+    assert session.tool_pose is not None
+    move, bends = MOVE + tool.links[0].name, [BEND + joint.name for joint in tool.joints]
+    # Turned in the middle of the picture, where all of it is in sight, and moved then.
+    turned = replace(fit.pose, position_um=session.tool_pose.position_um)
+    for wanted, order in ((turned, (SWING, ROLL)), (fit.pose, (move, SWING, ROLL, *bends))):
+        person.adjust(pose_handles(wanted, tool), order)
 
 
 METHODS = {"keypoints": by_keypoints, "boxes": by_boxes, "pose": by_pose}

@@ -2,9 +2,10 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
@@ -12,6 +13,8 @@ from PySide6.QtWidgets import QApplication
 
 from annotations.geometry.frames import Vector, vector
 from annotator.session.handles import Handle
+from annotator.slices.body_drag import DRAG_DISTANCE_PX
+from annotator.slices.handle_marks import handle_marks
 from annotator.slices.slice_view import SliceView
 from annotator.window.main_window import MainWindow
 
@@ -22,6 +25,10 @@ HAND_PX = 0.7
 """Standard deviation of where a click lands, per axis of the screen."""
 EYE_UM = 50.0
 """Standard deviation of where the annotator believes a point to be, per axis of the volume."""
+CLOSE_UM = 60.0
+"""What is this near to where it is wanted is left alone."""
+_GAIN = 0.8
+"""A drag that leaves more than this share of the way is the last one at a handle."""
 _NONE, _LEFT = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton
 
 
@@ -69,16 +76,19 @@ class Person:
         QTest.mouseClick(self._slice(axis), _LEFT, _NONE, self._pixel(axis, position_um, unsteady=True))
         self._settle()
 
-    def drag(self, axis: int, start_um: Vector, end_um: Vector) -> None:
-        """Drag what is at one position of a slice to another."""
-        self.done["drag"] += 1
+    def drag(self, axis: int, start_um: Vector, end_um: Vector) -> bool:
+        """Drag what is at one position of a slice to another; False where it looks right already."""
         view = self._slice(axis)
         start, end = self._pixel(axis, start_um), self._pixel(axis, end_um, unsteady=True)
+        if (end - start).manhattanLength() <= DRAG_DISTANCE_PX:
+            return False
+        self.done["drag"] += 1
         QTest.mousePress(view, _LEFT, _NONE, start)
         for share in (0.25, 0.5, 0.75, 1.0):
             self._move(view, start + (end - start) * share)
         QTest.mouseRelease(view, _LEFT, _NONE, end)
         self._settle()
+        return True
 
     def scroll_to(self, axis: int, through_um: float) -> None:
         """Turn the wheel on a slice until it shows the plane through a coordinate."""
@@ -93,34 +103,38 @@ class Person:
                 self._turn_wheel(view, 120 * away, modifier)
         self._settle()
 
-    def adjust(
-        self,
-        handles: Callable[[], Mapping[str, Vector]],
-        wanted_um: Mapping[str, Vector],
-        order: Sequence[str],
-        *,
-        close_um: float = 60.0,
-        rounds: int = 3,
-    ) -> None:
-        """Drag handles, in an order, to where they are wanted, until they are close or the patience is out.
+    def adjust(self, wanted: Sequence[Handle], order: Sequence[str], *, rounds: int = 2) -> None:
+        """Drag handles, in an order, to where they are wanted, until they are close or nothing is gained.
 
         Each is dragged in the slice in which it is farthest from there.
         """
         for _ in range(rounds):
-            dragged = False
             for name in order:
+                way_um = self._way_um(name, wanted)
                 for _ in range(2):
-                    here = np.asarray(handles()[name])
-                    way = np.asarray(wanted_um[name]) - here
-                    axis = int(np.argmin(np.abs(way)))
                     # In the slice across the axis along which there is least to go.
-                    if math.hypot(*np.delete(way, axis)) < close_um:
+                    axis = int(np.argmin(np.abs(way_um)))
+                    if math.hypot(*np.delete(way_um, axis)) < CLOSE_UM:
                         break
-                    self.scroll_to(axis, float(here[axis]))
-                    self.drag(axis, vector(here), vector(here + way))
-                    dragged = True
-            if not dragged:
-                return
+                    here_um = self._shown_um(name, self._session.handles())
+                    self.scroll_to(axis, here_um[axis])
+                    self.drag(axis, here_um, vector(np.add(here_um, way_um)))
+                    left_um = self._way_um(name, wanted)
+                    gained = np.linalg.norm(left_um) < _GAIN * np.linalg.norm(way_um)
+                    way_um = left_um
+                    if not gained:
+                        break
+
+    def _way_um(self, name: str, wanted: Sequence[Handle]) -> NDArray[np.float64]:
+        return np.subtract(self._shown_um(name, wanted), self._shown_um(name, self._session.handles()))
+
+    def _shown_um(self, name: str, handles: Sequence[Handle]) -> Vector:
+        """Return where a slice shows a handle; the three have one scale, and stand knobs off alike."""
+        view = self._slice(0)
+        assert view.viewport is not None
+        (handle,) = (handle for handle in handles if handle.name == name)
+        (mark,) = handle_marks([handle], (), self._session.view, view.viewport, view.index)
+        return mark.position_um
 
     def _slice(self, axis: int) -> SliceView:
         return self._window.slices[axis]
@@ -156,8 +170,3 @@ class Person:
 
     def _settle(self) -> None:
         QApplication.processEvents()
-
-
-def positions_of(handles: Sequence[Handle]) -> dict[str, Vector]:
-    """Return where handles are, by their names."""
-    return {handle.name: handle.position_um for handle in handles}

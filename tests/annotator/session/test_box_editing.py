@@ -84,6 +84,31 @@ def test_the_second_end_is_shown_before_it_is_clicked(boxes_session: Session) ->
     assert session.shown_document is before
 
 
+def test_what_is_aimed_at_can_be_kept_and_goes_on_to_the_next_link(boxes_session: Session) -> None:
+    boxes_session.place(BASE_UM)
+    boxes_session.aim_second_end(TIP_UM)
+    boxes_session.keep_draft()
+    assert box_of(boxes_session).tip_um == pytest.approx(TIP_UM)
+    assert boxes_session.view.first_end_um is None
+    assert boxes_session.view.active_part == "link1"
+    assert boxes_session.undo_stack.count() == 1
+
+
+def test_a_proposal_of_the_scene_takes_the_place_of_what_is_aimed_at(
+    qtbot: QtBot, boxes_session: Session
+) -> None:
+    session = boxes_session
+    session.place(BASE_UM)
+    session.aim_second_end(TIP_UM)
+    session.pick_ray(Ray((25 * 15.9, 40 * 13.5, -5000.0), (0.0, 0.0, 1.0)))
+    qtbot.waitUntil(lambda: not session.jobs.running)
+    assert session.view.draft is None
+    session.aim_second_end(TIP_UM)
+    assert session.view.draft is None, "the proposal waits to be kept"
+    session.keep_preview()
+    assert box_of(session).tip_um[:2] == pytest.approx((25 * 15.9, 40 * 13.5))
+
+
 def test_a_second_click_at_the_first_place_is_refused(boxes_session: Session, messages: list[str]) -> None:
     place_two(boxes_session, BASE_UM, BASE_UM)
     assert "Both ends are at one place" in messages[-1]

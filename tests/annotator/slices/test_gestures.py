@@ -196,6 +196,24 @@ def test_a_click_close_beside_a_keypoint_still_places_the_active_one(
     assert placed_um(placed, "k0") == pytest.approx(MIDDLE_UM)
 
 
+@pytest.mark.parametrize(("offset", "meant"), [(2, "k0"), (5, "k1")])
+def test_while_a_keypoint_is_awaited_only_a_clear_hit_chooses_its_neighbour(
+    placed: Session, views: Views, hand: Any, offset: int, meant: str
+) -> None:
+    at = hand.pixel(views[2], MIDDLE_UM) + QPoint(offset, 0)
+    wanted_um = hand.position_um(views[2], at)
+    assert placed.view.active_part == "k1"
+
+    hand.click(views[2], at)
+
+    if meant == "k0":
+        assert placed.view.active_part == "k0"
+        assert placed.document is not None
+        assert "k1" not in placed.document.positions_um
+    else:
+        assert placed_um(placed, "k1") == pytest.approx(wanted_um)
+
+
 def test_an_unsteady_click_is_no_drag(placed: Session, views: Views, hand: Any) -> None:
     document = placed.document
     start = hand.pixel(views[0], MIDDLE_UM)
