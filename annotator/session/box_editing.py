@@ -90,9 +90,9 @@ class SessionBoxes(SessionEditing):
         """Put what a drag has drafted into the document: one edit."""
         draft = self._view.draft
         if draft is not None:
+            was_begun = self._view.first_end_um is not None
             self.look(pose=draft.pose or self._view.pose)
             self._edit(draft.text, lambda _document: draft.document)
-            was_begun = self._view.first_end_um is not None
             self.look(draft=None, first_end_um=None)
             if was_begun and (following := self._next_unplaced()) is not None:
                 self.activate(following)
