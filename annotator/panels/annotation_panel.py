@@ -97,11 +97,11 @@ class AnnotationPanel(QWidget):
 
     def _draw(self) -> None:
         shown, methods = self.method, self._session.methods
-        # The dock bears it.
-        self.setWindowTitle(shown.title())
         # Hidden first: with both in sight for a moment the window would have to grow.
         for method in sorted(self._panels, key=lambda method: method == shown):
             self._panels[method].setVisible(method == shown)
+        # The dock bears it, and makes room for what is shown now.
+        self.setWindowTitle(shown.title())
         for button in self._switch.buttons():
             method = button.property("method")
             button.setChecked(method == shown)

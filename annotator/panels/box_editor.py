@@ -98,7 +98,12 @@ class BoxEditor(QWidget):
         self._free = named(QCheckBox("Free cross-section"), "box_free_cross_section")
         self._free.setToolTip("Let this box change its width and height; otherwise they are the tool's")
         self._free.clicked.connect(self._on_free_clicked)
-        grid.addWidget(self._free, 4, 0, 1, 3)
+        self._turn_over = named(QPushButton("Turn over"), "box_turn_over", tooltip=_TURN_OVER)
+        self._turn_over.clicked.connect(self._on_turn_over_clicked)
+        row = QHBoxLayout()
+        row.addWidget(self._free, 1)
+        row.addWidget(self._turn_over)
+        grid.addLayout(row, 4, 0, 1, 3)
         self._angles = self._add_row(
             grid,
             5,
@@ -123,12 +128,6 @@ class BoxEditor(QWidget):
         self._quaternion.settled.connect(self._on_settled)
         self._quaternion.refused.connect(self.refused)
         layout.addWidget(self._quaternion)
-        self._turn_over = named(QPushButton("Turn over"), "box_turn_over", tooltip=_TURN_OVER)
-        self._turn_over.clicked.connect(self._on_turn_over_clicked)
-        row = QHBoxLayout()
-        row.addWidget(self._turn_over)
-        row.addStretch(1)
-        layout.addLayout(row)
         session.view_changed.connect(self._on_session_view_changed)
         session.document_changed.connect(self._on_session_document_changed)
         session.volume_changed.connect(self._on_session_volume_changed)

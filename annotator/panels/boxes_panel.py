@@ -16,8 +16,9 @@ _UNITS = (
     ("mm", "mm", "Show and type sizes in the table in millimetres"),
 )
 
-# The widest that a size's column shows, and the words that are its heading.
+# The widest that a column shows, and the words that are its heading.
 _SAMPLES: dict[int, tuple[str, ...]] = {
+    Column.LINK: ("link0",),
     Column.LENGTH: ("00000", "Length"),
     Column.WIDTH: ("00000", "Width"),
     Column.HEIGHT: ("00000", "Height"),

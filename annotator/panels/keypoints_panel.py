@@ -15,8 +15,9 @@ _UNITS = (
     ("voxel", "Voxels", "Show and type voxel indices"),
 )
 
-# The widest that a column of numbers shows in µm and in voxels, and the words that are its heading.
+# The widest that a column shows, numbers in µm and in voxels, and the words that are its heading.
 _SAMPLES: dict[int, tuple[str, ...]] = {
+    Column.KEYPOINT: ("k0",),
     Column.X: ("00000", "0000.0", "x / µm"),
     Column.Y: ("00000", "0000.0", "y / µm"),
     Column.Z: ("00000", "0000.0", "z / µm"),

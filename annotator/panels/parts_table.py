@@ -25,7 +25,8 @@ class PartsTable(QTableView):
     Parameters
     ----------
     samples : mapping
-        The widest texts of each column of numbers, its heading among them.
+        The widest texts of each column of numbers, its heading among them; and names as long as those that
+        come once there are rows.
     rows_in_sight : int
         How many rows it asks room for at least.
     """
@@ -183,8 +184,10 @@ class PartsTable(QTableView):
         bold.setBold(True)
         metrics = QFontMetrics(bold)
         indices = [self._parts.index(row, self._name) for row in range(self._rows())]
-        names = [metrics.horizontalAdvance(index.data(Qt.ItemDataRole.EditRole)) for index in indices]
-        widths[self._name] = self._text_width("") + mark + mark // 2 + max(names, default=mark)
+        names = [index.data(Qt.ItemDataRole.EditRole) for index in indices] or self._samples[self._name]
+        widths[self._name] = (
+            self._text_width("") + mark + mark // 2 + max(map(metrics.horizontalAdvance, names))
+        )
         return widths
 
     def _text_width(self, text: str) -> int:

@@ -88,7 +88,7 @@ class SessionState(QObject):
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._options = options
-        self._worklist = Worklist(Path(), "", Path(), (), options.annotator_name)
+        self._worklist = Worklist(Path(), "", Path(), (), options.annotator_name, method=options.method)
         self._current_index: int | None = None
         self._opened: Opened | None = None
         self._document: Annotation | None = None

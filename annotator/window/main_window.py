@@ -256,7 +256,7 @@ class MainWindow(QMainWindow):
             view.cursor_moved.connect(self.status.show_cursor)
         self._worklist.open_file_requested.connect(self._files.open_file)
         self._worklist.open_folder_requested.connect(self._files.open_folder)
-        self._annotation.windowTitleChanged.connect(self._docks["keypoints"].setWindowTitle)
+        self._annotation.windowTitleChanged.connect(self._on_annotation_window_title_changed)
         self._annotation.method_requested.connect(self._on_annotation_method_requested)
         self._annotation.derive_requested.connect(self.actions_by_name["derive"].trigger)
         session.document_changed.connect(self._on_session_document_changed)
@@ -285,14 +285,24 @@ class MainWindow(QMainWindow):
             [round(_LEFT_WIDTH * self.width()), table.width()],
             Qt.Orientation.Horizontal,
         )
-        self.resizeDocks(
-            [docks["keypoints"], docks["pose"]],
-            [table.height(), max(self.height() - table.height(), 1)],
-            Qt.Orientation.Vertical,
-        )
+        self._share_column(table.height())
         self._parts.keep_layout()
         if not self._settings.window_state.isEmpty():
             self.restoreState(self._settings.window_state)
+
+    def _make_room(self) -> None:
+        """Give the panel of a method what it asks for; what is larger is as the person wants it."""
+        dock = self._docks["keypoints"]
+        if self._is_arranged and not dock.isFloating():
+            wanted = dock.sizeHint().expandedTo(dock.size())
+            self.resizeDocks([dock], [wanted.width()], Qt.Orientation.Horizontal)
+            self._share_column(wanted.height())
+
+    def _share_column(self, height: int) -> None:
+        """Give the panel of keypoints or boxes a height, and the one below it what is left."""
+        docks = [self._docks["keypoints"], self._docks["pose"]]
+        rest = sum(dock.height() for dock in docks) - height
+        self.resizeDocks(docks, [height, max(rest, 1)], Qt.Orientation.Vertical)
 
     def _draw_actions(self) -> None:
         state = state_of(self.session, self._settings.recent_paths)
@@ -330,6 +340,12 @@ class MainWindow(QMainWindow):
     def _on_job_stage_imported(self, _: object) -> None:
         self.four_up.show_scene()
         self.scene_prepared.emit()
+
+    @Slot(str)
+    def _on_annotation_window_title_changed(self, title: str) -> None:
+        self._docks["keypoints"].setWindowTitle(title)
+        # What a panel needs that has not been seen before is known only once it is laid out.
+        QTimer.singleShot(0, self, self._make_room)
 
     @Slot(str)
     def _on_annotation_method_requested(self, method: Method) -> None:

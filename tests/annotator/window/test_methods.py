@@ -1,15 +1,17 @@
 """The switch between keypoints and boxes in the window: by panel, menu and key, remembered and followed."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDockWidget
+from PySide6.QtWidgets import QDockWidget, QWidget
 from pytestqt.qtbot import QtBot
 
 from annotations.documents.annotation import Method
 from annotations.geometry.boxes import Box
 from annotator.panels.annotation_panel import AnnotationPanel
 from annotator.session import Session
+from annotator.session.options import SessionOptions
 from annotator.settings import Settings
 from annotator.window.main_window import MainWindow
 from tests.annotator.window.conftest import Person
@@ -86,3 +88,23 @@ def test_number_keys_choose_links(
     assert boxes_session.view.active_part == "link1"
     person.press(Qt.Key.Key_7)
     assert boxes_session.view.active_part == "link1"
+
+
+def test_the_dock_makes_room_for_the_numbers_of_boxes(
+    qtbot: QtBot, window: MainWindow, session: Session
+) -> None:
+    session.set_method("boxes")
+    wait_for(qtbot, session, "boxes")
+    quaternion = window.findChild(QWidget, "quaternion_editor")
+    assert isinstance(quaternion, QWidget)
+    # All of it is in sight.
+    qtbot.waitUntil(lambda: quaternion.visibleRegion().boundingRect() == quaternion.rect())
+
+
+def test_a_person_who_annotates_by_boxes_begins_with_their_panel(
+    options: SessionOptions, make_window: Callable[..., MainWindow]
+) -> None:
+    session = Session(replace(options, method="boxes"))
+    window = make_window(session)
+    assert dock(window).windowTitle() == "Boxes"
+    session.shut_down()
