@@ -15,6 +15,8 @@ _SHAPES = {
     "navigate_mode": "<path d='M6 3.5v15l4-3.8 2.6 5.8 2.6-1.2-2.6-5.6 5.4-.4z'/>",
     "place_mode": "<circle cx='12' cy='12' r='6'/><path d='M12 2.5v6 M12 15.5v6 M2.5 12h6 M15.5 12h6'/>"
     "<circle cx='12' cy='12' r='.6'/>",
+    "pose_mode": "<path d='M3 17l6.5-3.5 M11.5 11.5l3.5-4.5 M17 5.5h4.5' stroke-width='3.4'/>"
+    "<path d='M13 20a8 8 0 0 0 7.5-6 M20.9 17.6l-.4-3.8-3.7 1'/>",
     "undo": "<path d='M8.5 5l-5 5 5 5 M4 10h10.5a5 5 0 0 1 0 10H9'/>",
     "redo": "<path d='M15.5 5l5 5-5 5 M20 10H9.5a5 5 0 0 0 0 10H15'/>",
     "next_unplaced": "<circle cx='9' cy='12' r='5.5' stroke-dasharray='2.6 2.2'/>"
