@@ -58,9 +58,9 @@ class Mistake:
     ----------
     kind : str
         ``swapped``: two keypoints, or two links' boxes; ``reversed``: a link's ends; ``turned_over``: the
-        hinge's sense of a link's box; ``displaced``: a keypoint, or a link's box; ``beyond_limits``: the angle
-        of a joint; ``length``: a link's; ``relabelled``: several keypoints; ``undecided``: something is wrong,
-        but the data cannot tell which of the `candidates` it is, or none of them explains it.
+        hinge's sense of a link's box; ``displaced``: a keypoint, or a link's box; ``beyond_limits``: the
+        angle of a joint; ``length``: a link's; ``relabelled``: several keypoints; ``undecided``: something is
+        wrong, but the data cannot tell which of the `candidates` it is, or none of them explains it.
     parts : tuple of str
         Names of the keypoints, links or joints concerned. Of relabelled keypoints, pairs one after the other:
         the name that a position has, and the name that it should have.
@@ -132,7 +132,11 @@ def likely_mistakes(
         accounts += plausible_relabellings(points, distances, cancelled)
     numbers = Counter(account.kind for account in accounts)
     numbers["relabelled"] = math.factorial(len(points))
-    possible = [account for account in accounts if _is_possible(account, distances)]
+    possible = [
+        account
+        for account in accounts
+        if distances.allow(account.points, long_link=account.long_link, is_limited=account.is_limited)
+    ]
     verdicts = _judged(possible, chain, length_tolerance, cancelled)
     mistakes = _weighed(verdicts, numbers, sound, tool, chain)
     if mistakes and mistakes[0].probability >= _NAMED and _explains(mistakes[0]):
@@ -153,11 +157,6 @@ def _is_implausible(sound: Verdict, chain: Chain, tolerance: float) -> bool:
     beyond = judge(Account("beyond_limits", (), sound.account.points), chain, tolerance)
     # Half of all sound angles at a limit would go beyond it.
     return beyond is not None and bool(chdtrc(1, sound.chi_square - beyond.chi_square) / 2 < _SIGNIFICANT)
-
-
-def _is_possible(account: Account, distances: SeenDistances) -> bool:
-    """Say whether distances leave an account a chance; of the tool's own mistakes they do not speak."""
-    return account.kind in ("beyond_limits", "length") or distances.allow(account.points)
 
 
 def _judged(
