@@ -145,8 +145,8 @@ class SceneView(QWidget):
             self._set_camera(self._fitted)
 
     def zoom_to_keypoint(self, name: str) -> None:
-        """See a keypoint in the middle and from near; does nothing where it has no position."""
-        position_um = self._session.shown_positions_um().get(name)
+        """See a keypoint or a link's box in the middle and from near; does nothing where it has no place."""
+        position_um = self._session.shown_anchor_um(name)
         if position_um is not None and self._camera is not None:
             near_um = min(self._camera.height_um, _CLOSE_UP * self._camera.scope_um)
             self._set_camera(aimed(self._camera, position_um, near_um))

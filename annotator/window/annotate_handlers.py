@@ -193,7 +193,7 @@ class AnnotateHandlers:
                 moved_um = nudged(here_um, axis, sense * voxels, plane.spacing_um)
                 self._session.look(crosshair_um=moved_um)
                 name = self._session.view.active_part
-                if name in self._session.shown_positions_um():
+                if name is not None and self._session.shown_anchor_um(name) is not None:
                     self._session.post_message(f"Crosshair moved; in place mode (P) the keys nudge {name}")
 
         return move

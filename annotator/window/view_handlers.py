@@ -92,7 +92,7 @@ class ViewHandlers:
 
     def _zoom_keypoint(self) -> None:
         name = self._session.view.active_part
-        if name is None or name not in self._session.shown_positions_um():
+        if name is None or self._session.shown_anchor_um(name) is None:
             return
         self._session.activate(name, jump=True)
         self._scene.zoom_to_keypoint(name)
@@ -119,7 +119,7 @@ class ViewHandlers:
             self._scene.zoom_to_fit()
 
     def _show_detail(self, name: str | None) -> None:
-        placed = name is not None and name in self._session.shown_positions_um()
+        placed = name is not None and self._session.shown_anchor_um(name) is not None
         if placed and name is not None:
             self._scene.zoom_to_keypoint(name)
         millimetres = DETAIL_WIDTH_UM / 1000

@@ -71,7 +71,7 @@ def test_sheet_lists_every_action(person):
         for group in range(tree.topLevelItemCount())
         for row in range(tree.topLevelItem(group).childCount())
     }
-    assert {"Save", "Place Keypoints", "Snap to Edge"} <= texts
+    assert {"Save", "Place Keypoints or Boxes", "Snap to Edge"} <= texts
     person.click(sheet, "shortcut_close")
 
 
@@ -240,7 +240,7 @@ def test_detail_is_named_and_brought_into_view(qtbot, window, session):
     session.place((318.0, 405.0, 235.0))
     session.activate("k0")
     window.prepare_scene()
-    qtbot.waitUntil(window.scene.isVisible)
+    qtbot.waitUntil(window.scene.isVisible, timeout=30_000)
     window.scene.picture()
     whole = window.scene.camera
     window.actions_by_name["detail"].trigger()

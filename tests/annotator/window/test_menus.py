@@ -8,6 +8,7 @@ from PySide6.QtCore import QByteArray
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMenu, QSplitter
 
+from annotations.geometry.boxes import Box
 from annotator.actions.table import ACTIONS
 from annotator.window import file_handlers
 from annotator.window.four_up import FourUp
@@ -136,3 +137,17 @@ def test_zoom_to_the_active_part(qtbot, window, session):
     assert window.scene.camera.focal_um == (200.0, 300.0, 250.0)
     assert window.scene.camera.height_um < before[1]
     assert window.slices[0].viewport.scale >= before[0]
+
+
+def test_zoom_to_the_active_box(qtbot, window, session):
+    with qtbot.waitSignal(session.volume_changed):
+        session.set_method("boxes")
+    window.prepare_scene()
+    qtbot.waitUntil(lambda: window.scene.camera is not None, timeout=30_000)
+    box = Box((200.0, 300.0, 250.0), (500.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
+    session.type_box("link0", box)
+    session.activate("link0")
+    session.look(crosshair_um=(0.0, 0.0, 0.0))
+    window.actions_by_name["zoom_keypoint"].trigger()
+    assert session.view.crosshair_um == box.center_um
+    assert window.scene.camera.focal_um == box.center_um
