@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, Signal
 from annotations.documents.annotation import Annotation
 from annotations.documents.representations import keypoint_positions_um
 from annotations.fitting.mistakes import Mistake
-from annotations.fitting.pose_fit import ToolFit, fit_document
+from annotations.fitting.pose_fit import ToolFit, fit_document, prepare_fitting
 from annotations.geometry import rotations
 from annotations.geometry.boxes import Box
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
@@ -46,6 +46,16 @@ class SessionBody(SessionState):
         self._mistakes.found.connect(self.mistakes_changed)
         self._mistakes.failed.connect(self._raise_error)
         self.document_changed.connect(self._on_document_changed)
+
+    def prepare_fit(self) -> None:
+        """Load beside everything else what the first fit needs: no click shall wait for it."""
+        self.jobs.start(
+            "Preparing the fit",
+            lambda _progress, _cancelled: prepare_fitting(),
+            done=lambda _nothing: None,
+            failed=self._raise_error,
+            shown=False,
+        )
 
     @property
     def tool_fit(self) -> ToolFit | None:

@@ -123,7 +123,8 @@ class AnnotateHandlers:
 
     def _annotating_by(self, method: Method) -> Callable[[], None]:
         def choose() -> None:
-            self._settings.method = method
+            if method in self._session.methods:
+                self._settings.method = method
             self._session.set_method(method)
 
         return choose

@@ -156,7 +156,7 @@ class MainWindow(QMainWindow):
         self._files.open_demo()
 
     def prepare_scene(self) -> None:
-        """Load Mayavi beside everything else, and show the scene when that is done."""
+        """Load Mayavi, and what the fit needs, beside everything else; show the scene when that is done."""
         self.session.jobs.start(
             "Preparing the scene",
             lambda _progress, _cancelled: importlib.import_module("annotator.scene.stage"),
@@ -164,6 +164,7 @@ class MainWindow(QMainWindow):
             failed=self.questions.show_error,
             shown=False,
         )
+        self.session.prepare_fit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:
