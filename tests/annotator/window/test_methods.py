@@ -2,18 +2,21 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QWidget
 from pytestqt.qtbot import QtBot
 
 from annotations.documents.annotation import Method
+from annotations.documents.study import Study, StudyVolume, save_study
 from annotations.geometry.boxes import Box
 from annotator.panels.annotation_panel import AnnotationPanel
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.settings import Settings
 from annotator.window.main_window import MainWindow
+from tests.annotator.conftest import open_and_wait, write_volume
 from tests.annotator.window.conftest import Person
 
 
@@ -107,4 +110,31 @@ def test_a_person_who_annotates_by_boxes_begins_with_their_panel(
     session = Session(replace(options, method="boxes"))
     window = make_window(session)
     assert dock(window).windowTitle() == "Boxes"
+    session.shut_down()
+
+
+def test_a_method_that_the_study_refuses_is_not_remembered(
+    qtbot: QtBot,
+    options: SessionOptions,
+    settings: Settings,
+    make_window: Callable[..., MainWindow],
+    tmp_path: Path,
+) -> None:
+    folder = tmp_path / "study"
+    folder.mkdir()
+    write_volume(folder / "v001.npy")
+    save_study(
+        Study(
+            title="One method", tool="magnetic-forceps", volumes=(StudyVolume(id="v001", path="v001.npy"),)
+        ),
+        folder,
+    )
+    session = Session(options)
+    open_and_wait(qtbot, session, folder)
+    window = make_window(session)
+
+    window.actions_by_name["method_boxes"].trigger()
+
+    assert settings.method == "keypoints"
+    assert session.method == "keypoints"
     session.shut_down()
