@@ -25,6 +25,7 @@ def reopened(path: Path):
 def test_every_choice_survives_a_restart(path, reopened):
     settings = Settings(path)
     settings.annotator_name = " anna "
+    settings.method = "boxes"
     settings.theme = "dark"
     settings.renderer = "software"
     settings.autosave_seconds = 12.5
@@ -38,6 +39,7 @@ def test_every_choice_survives_a_restart(path, reopened):
 
     again = reopened()
     assert again.annotator_name == "anna"
+    assert again.method == "boxes"
     assert again.theme == "dark"
     assert again.renderer == "software"
     assert again.autosave_seconds == 12.5
@@ -53,6 +55,7 @@ def test_first_start_has_defaults(path, monkeypatch):
     monkeypatch.setattr("getpass.getuser", lambda: "login")
     settings = Settings(path)
     assert settings.annotator_name == "login"
+    assert settings.method == "keypoints"
     assert settings.theme == "system"
     assert settings.renderer == "auto"
     assert settings.recent_paths == ()

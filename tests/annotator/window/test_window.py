@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
@@ -167,3 +170,12 @@ def test_frame_of_the_first_window_fits_on_the_screen(qtbot, empty_session, sett
     # A title bar of the usual systems is 24 to 48 pixels high.
     assert window.height() <= available.height() - 48
     assert window.width() < available.width()
+
+
+def test_what_only_fits_and_snaps_need_is_not_imported_with_the_window():
+    late = ("scipy.optimize", "scipy.ndimage", "mayavi", "vtkmodules")
+    code = (
+        f"import sys; import annotator.window.main_window; print([n for n in {late!r} if n in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
