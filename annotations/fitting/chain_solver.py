@@ -118,7 +118,7 @@ class ChainSolver:
             # The same bend by hinges of the other sense: too near for the grid where the bend is small.
             opposite_rad = -min(found, key=_rounded).angles_rad
             mirrored_rad = self._within_limits(opposite_rad)
-            if not any(np.allclose(each.angles_rad, mirrored_rad, atol=_SAME_RAD) for each in found):
+            if all(np.abs(each.angles_rad - mirrored_rad).max() > _SAME_RAD for each in found):
                 held = frozenset(int(joint) for joint in np.flatnonzero(mirrored_rad != opposite_rad))
                 axes = self._best_axes(self.chain.stacked_axes(mirrored_rad))
                 found.append(self._polished(axes, mirrored_rad, found, held))
@@ -171,7 +171,7 @@ class ChainSolver:
 
     def _best_axes(self, stacked: Array) -> Array:
         left, _, right = np.linalg.svd(self._cross @ stacked)
-        if np.linalg.det(left) * np.linalg.det(right) < 0:
+        if np.linalg.det(left @ right) < 0:
             left[:, 2] *= -1
         axes: Array = left @ right
         return axes
