@@ -1,4 +1,4 @@
-"""The session: opens, saves and recovers what its bases edit and `SessionState` announces."""
+"""The session: opens and recovers what its bases edit, save and announce."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,20 +7,19 @@ from typing import Any
 
 from PySide6.QtCore import QObject
 
-from annotations.documents import edits
-from annotations.documents.annotation import Method, Status
-from annotations.documents.files import ChangedOnDisk, file_identity
+from annotations.documents.annotation import Method
+from annotations.documents.files import file_identity
 from annotations.documents.recovery import Recovery, discard, find_recoveries
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown
 from annotations.geometry.frames import vector
-from annotator.session.calibrating import SessionCalibrating
 from annotator.session.deriving import write_derived
 from annotator.session.document_file import DocumentFile
 from annotator.session.jobs import Job, Result
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
+from annotator.session.saving import SessionSaving
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.view import View
 from annotator.session.volume_opener import VolumeOpener
@@ -36,14 +35,12 @@ _NOTHING_ON_ITS_WAY: dict[str, Any] = {
 }
 
 
-class Session(SessionCalibrating):
+class Session(SessionSaving):
     """Everything that is open in one window, and the only way to change it; signals: see `SessionState`."""
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
         super().__init__(options, parent)
-        self._autosave_failed = False
         self._looking: Job | None = None
-        self._autosave.save_requested.connect(self._on_autosave_save_requested)
         self._opener = VolumeOpener(
             self.jobs,
             options.spacing_override_um,
@@ -65,7 +62,7 @@ class Session(SessionCalibrating):
 
     def open_item(self, index: int) -> None:
         """Save what is open and open another item; what is open stays until the other one is ready."""
-        self._open(self._worklist, index)
+        self._open(self._destination()[0], index)
 
     def next_volume(self) -> None:
         """Open the next item."""
@@ -108,15 +105,13 @@ class Session(SessionCalibrating):
             self.message_posted.emit(f"This study is annotated by {' and '.join(self._worklist.methods)}")
             return
         self._options = replace(self._options, method=method)
-        worklist, index = self._worklist, self._current_index
+        worklist, _ = self._destination()
         if worklist.method == method:
             return
-        if index is None:
+        if not worklist.items:
             self._set_worklist(worklist.with_method(method), None)
             return
-        self._look_at(
-            worklist.path, lambda: worklist.with_method(method), lambda found: self._open(found, index)
-        )
+        self._look_at(worklist.path, lambda: worklist.with_method(method), self._on_worklist_of_method_read)
 
     def derive(self, roll_deg: float | None = None) -> None:
         """Make a new, marked document of the other method from the open one, and open it; this one stays.
@@ -152,10 +147,6 @@ class Session(SessionCalibrating):
             self.open_path(self._worklist.path)
         else:
             self._set_worklist(replace(self._worklist, annotator=name), None)
-
-    def set_autosave(self, seconds: float) -> None:
-        """Change how soon an edit is written to the annotation's file; 0 leaves saving to the person."""
-        self._autosave.set_save_after(seconds)
 
     def close_volume(self) -> bool:
         """Save and close what is open; False if it could not be saved, and then it stays open."""
@@ -207,31 +198,10 @@ class Session(SessionCalibrating):
         """Delete what a dead program left behind."""
         discard(recovery.journal_path)
 
-    # Saving
-
-    def save(self, *, overwrite: bool = False) -> bool:
-        """Write the document's file; False if that failed, and then a signal has said why."""
-        return self._save(overwrite=overwrite, path=None)
-
-    def save_as(self, path: Path) -> bool:
-        """Write the document to another file, which is its own from then on; False as for `save`."""
-        return self._save(overwrite=True, path=path)
-
     def reload(self) -> None:
         """Read the document from its file again, and give up the unsaved edits once that has succeeded."""
         if self._current_index is not None:
             self._open(self._worklist, self._current_index, rereads=True)
-
-    def set_status(self, status: Status) -> None:
-        """Mark the document as done, which saves it, or as in progress."""
-        words = status.replace("_", " ")
-        if not self._edit(f"Mark as {words}", lambda document: edits.set_status(document, status)):
-            return
-        if self.save() and status == "done" and self._document is not None:
-            missing = [part.name for part in self._document.parts if part.anchor_um is None]
-            self.message_posted.emit(
-                f"Done, though {', '.join(missing)} have no position" if missing else "Done and saved"
-            )
 
     def _look_at(self, path: Path, read: Callable[[], Result], done: Callable[[Result], None]) -> None:
         if self._looking is not None:
@@ -257,44 +227,18 @@ class Session(SessionCalibrating):
             OpeningRequest(worklist, index, tool_name, folders, recovery=recovery, rereads=rereads)
         )
 
-    def _is_saved(self) -> bool:
-        self.settle_typing()
-        return not self.unsaved or self.save()
+    def _destination(self) -> tuple[Worklist, int | None]:
+        """Return the list and the place that are being opened, if it has the same volumes; else what is open.
 
-    def _save(self, *, overwrite: bool, path: Path | None) -> bool:
-        try:
-            self._write(overwrite=overwrite, path=path)
-        except ChangedOnDisk as error:
-            self.overwrite_requested.emit(str(error))
-            return False
-        except SaveError as error:
-            self.error_raised.emit(error)
-            return False
-        return True
-
-    def _write(self, *, overwrite: bool, path: Path | None) -> None:
-        self.settle_typing()
-        if self._document is None or self._file is None:
-            return
-        self._file.save(self._document, overwrite=overwrite, path=path)
-        self._autosave_failed = False
-        self._autosave.watch(self._file)
-        self.undo_stack.setClean()
-        self._refresh_item()
-        self.save_state_changed.emit()
-
-    def _close_file(self, *, nothing_left: bool) -> None:
-        if self._file is not None:
-            try:
-                self._file.close(nothing_left=nothing_left)
-            except SaveError as error:
-                # A journal that cannot be deleted is offered again; it must not keep the document open.
-                self.error_raised.emit(error)
+        So a second press goes on from where the first one leads, and by the same method.
+        """
+        waiting = self._opener.request
+        if waiting is not None and waiting.worklist.has_volumes_of(self._worklist):
+            return waiting.worklist, waiting.index
+        return self._worklist, self._current_index
 
     def _step(self, by: int) -> None:
-        waiting = self._opener.request
-        # Pressed twice: from where the first press leads.
-        here = waiting.index if waiting and waiting.worklist == self._worklist else self._current_index
+        _, here = self._destination()
         index = (here if here is not None else -by) + by
         if 0 <= index < len(self.items):
             self.open_item(index)
@@ -361,6 +305,14 @@ class Session(SessionCalibrating):
         elif self.close_volume():
             self._set_worklist(worklist, None)
 
+    def _on_worklist_of_method_read(self, worklist: Worklist) -> None:
+        # Meanwhile a person may have gone on to another volume, or closed this one.
+        _, index = self._destination()
+        if index is None:
+            self._set_worklist(worklist, None)
+        else:
+            self._open(worklist, index)
+
     def _on_opener_opened(self, opened: Opened) -> None:
         request = opened.found.request
         if not request.rereads and not self._may_give_way_to(opened):
@@ -410,19 +362,3 @@ class Session(SessionCalibrating):
         if request.worklist.is_folder and request.worklist is not self._worklist and self.close_volume():
             self._set_worklist(request.worklist, None)
         self._raise_error(error)
-
-    def _on_autosave_save_requested(self) -> None:
-        if not self.unsaved:
-            return
-        try:
-            self._write(overwrite=False, path=None)
-        except ChangedOnDisk as error:
-            self.overwrite_requested.emit(str(error))
-        except SaveError as error:
-            # A dialog once; a full disk would bring it again and again.
-            if self._autosave_failed:
-                self.message_posted.emit(str(error))
-            else:
-                self.error_raised.emit(error)
-            self._autosave_failed = True
-            self._autosave.try_again()

@@ -80,6 +80,10 @@ class Worklist:
         """Whether a whole study or folder was asked for, rather than one of its files."""
         return self.path == self.folder
 
+    def has_volumes_of(self, other: "Worklist") -> bool:
+        """Whether it lists the same volumes in the same order, by whichever method."""
+        return [item.volume_path for item in self.items] == [item.volume_path for item in other.items]
+
     def with_item(self, index: int, item: WorkItem) -> "Worklist":
         """Return the list with one item replaced."""
         return replace(self, items=(*self.items[:index], item, *self.items[index + 1 :]))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PySide6.QtCore import QTimer
 from pytestqt.qtbot import QtBot
 
 from annotations.documents.files import load_annotation
@@ -17,6 +18,7 @@ from annotations.documents.study import Study, StudyVolume, save_study
 from annotations.geometry.boxes import Box
 from annotations.volumes import sidecar_path
 from annotator.session import Session
+from annotator.session.jobs import Job
 from annotator.session.options import SessionOptions
 
 BOX = Box((100.0, 200.0, 300.0), (11_000.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
@@ -107,6 +109,34 @@ def test_the_method_is_kept_for_what_is_opened_next(
     document = empty_session.document
     empty_session.set_method("boxes")
     assert empty_session.document is document
+
+
+def test_going_on_in_the_middle_of_a_change_keeps_both_wishes(
+    qtbot: QtBot, empty_session: Session, volume_path: Path
+) -> None:
+    for name in ("v002.npy", "v003.npy"):
+        shutil.copy(volume_path, volume_path.with_name(name))
+        shutil.copy(sidecar_path(volume_path), sidecar_path(volume_path.with_name(name)))
+    session = empty_session
+    open_and_wait(qtbot, session, volume_path.parent)
+    session.set_method("boxes")
+    session.next_volume()
+    qtbot.waitUntil(lambda: session.current_index == 1 and session.method == "boxes")
+    # The other way round: the file of the method is being opened by then.
+    presses: list[str] = []
+
+    def press_next(job: Job) -> None:
+        if job.title.startswith("Opening") and not presses:
+            presses.append(job.title)
+            QTimer.singleShot(0, session.next_volume)
+
+    session.jobs.job_changed.connect(press_next)
+    session.set_method("keypoints")
+    qtbot.waitUntil(lambda: session.current_index == 2 and session.method == "keypoints")
+    session.set_method("boxes")
+    session.close_volume()
+    qtbot.waitUntil(lambda: session.method == "boxes" and not session.jobs.running)
+    assert session.volume is None, "what was closed stays closed"
 
 
 def test_what_cannot_be_saved_stays_open(

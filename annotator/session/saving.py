@@ -1,0 +1,94 @@
+"""The session's saving: when a person asks, when they leave, and a while after each edit."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+
+from annotations.documents import edits
+from annotations.documents.annotation import Status
+from annotations.documents.files import ChangedOnDisk
+from annotations.durable_files import SaveError
+from annotator.session.calibrating import SessionCalibrating
+from annotator.session.options import SessionOptions
+
+
+class SessionSaving(SessionCalibrating):
+    """Brings the document into its file; failures come as signals, and the journal keeps the edits."""
+
+    def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
+        super().__init__(options, parent)
+        self._autosave_failed = False
+        self._autosave.save_requested.connect(self._on_autosave_save_requested)
+
+    def set_autosave(self, seconds: float) -> None:
+        """Change how soon an edit is written to the annotation's file; 0 leaves saving to the person."""
+        self._autosave.set_save_after(seconds)
+
+    def save(self, *, overwrite: bool = False) -> bool:
+        """Write the document's file; False if that failed, and then a signal has said why."""
+        return self._save(overwrite=overwrite, path=None)
+
+    def save_as(self, path: Path) -> bool:
+        """Write the document to another file, which is its own from then on; False as for `save`."""
+        return self._save(overwrite=True, path=path)
+
+    def set_status(self, status: Status) -> None:
+        """Mark the document as done, which saves it, or as in progress."""
+        words = status.replace("_", " ")
+        if not self._edit(f"Mark as {words}", lambda document: edits.set_status(document, status)):
+            return
+        if self.save() and status == "done" and self._document is not None:
+            missing = [part.name for part in self._document.parts if part.anchor_um is None]
+            self.message_posted.emit(
+                f"Done, though {', '.join(missing)} have no position" if missing else "Done and saved"
+            )
+
+    def _is_saved(self) -> bool:
+        self.settle_typing()
+        return not self.unsaved or self.save()
+
+    def _save(self, *, overwrite: bool, path: Path | None) -> bool:
+        try:
+            self._write(overwrite=overwrite, path=path)
+        except ChangedOnDisk as error:
+            self.overwrite_requested.emit(str(error))
+            return False
+        except SaveError as error:
+            self.error_raised.emit(error)
+            return False
+        return True
+
+    def _write(self, *, overwrite: bool, path: Path | None) -> None:
+        self.settle_typing()
+        if self._document is None or self._file is None:
+            return
+        self._file.save(self._document, overwrite=overwrite, path=path)
+        self._autosave_failed = False
+        self._autosave.watch(self._file)
+        self.undo_stack.setClean()
+        self._refresh_item()
+        self.save_state_changed.emit()
+
+    def _close_file(self, *, nothing_left: bool) -> None:
+        if self._file is not None:
+            try:
+                self._file.close(nothing_left=nothing_left)
+            except SaveError as error:
+                # A journal that cannot be deleted is offered again; it must not keep the document open.
+                self.error_raised.emit(error)
+
+    def _on_autosave_save_requested(self) -> None:
+        if not self.unsaved:
+            return
+        try:
+            self._write(overwrite=False, path=None)
+        except ChangedOnDisk as error:
+            self.overwrite_requested.emit(str(error))
+        except SaveError as error:
+            # A dialog once; a full disk would bring it again and again.
+            if self._autosave_failed:
+                self.message_posted.emit(str(error))
+            else:
+                self.error_raised.emit(error)
+            self._autosave_failed = True
+            self._autosave.try_again()
