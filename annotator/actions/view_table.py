@@ -79,10 +79,10 @@ VIEW_ACTIONS: tuple[Action, ...] = (
     Action("zoom_out", "Zoom Out", "View", ("Ctrl+-",), "Shrink the slices.", "volume", repeats=True),
     Action(
         "zoom_keypoint",
-        "Zoom to Active Keypoint",
+        "Zoom to Active Keypoint or Box",
         "View",
         ("Z",),
-        "Show the active keypoint's surroundings in every pane.",
+        "Show the surroundings of the active keypoint or box in every pane.",
         "positioned",
     ),
     Action(
@@ -108,10 +108,10 @@ VIEW_ACTIONS: tuple[Action, ...] = (
     ),
     Action(
         "detail",
-        "Detail around Keypoint",
+        "Detail around Keypoint or Box",
         "View",
         ("D",),
-        "Show the full resolution around the active keypoint in the scene.",
+        "Show the full resolution around the active keypoint or box in the scene.",
         "volume",
         checkable=True,
     ),

@@ -135,6 +135,22 @@ def test_of_a_straight_tool_nothing_is_suggested(qtbot: QtBot, session: Session)
     assert roll_meanings(session.document, FORCEPS, asked.args[0]) == ()
 
 
+def test_nothing_shows_the_roll_of_a_needle(qtbot: QtBot, session: Session) -> None:
+    with qtbot.waitSignal(session.volume_changed):
+        session.choose_tool("needle")
+    session.place((100.0, 200.0, 300.0))
+    session.place((1500.0, 200.0, 300.0))
+    with qtbot.waitSignal(session.roll_requested) as asked:
+        session.derive()
+    assert (asked.args[0].link, asked.args[0].candidates_deg) == ("needle", ())
+    session.derive(45.0)
+    wait_for_method(qtbot, session, "boxes")
+    assert session.document is not None
+    # From the shaft to the tip it looks along −x.
+    assert session.document.placed_boxes["needle"].tip_um == pytest.approx((100.0, 200.0, 300.0))
+    assert session.document.placed_boxes["needle"].size_um == pytest.approx((1400.0, 500.0, 500.0))
+
+
 def test_keypoints_that_end_no_box_are_named(qtbot: QtBot, session: Session, messages: list[str]) -> None:
     place(session, BENT, "k0 k1 k2 k3 k5")
     session.derive(30.0)
