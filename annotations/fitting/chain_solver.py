@@ -16,10 +16,10 @@ import numpy as np
 from annotations.fitting.chain import LEVI_CIVITA, Array, Chain
 from annotations.fitting.evidence import BodyPoint
 
-_MOST_STARTS = 3
-_TOLERANCE = 1e-8
+_MOST_STARTS = 2
+_TOLERANCE = 1e-6
 _MANY_CALLS = 200
-_FEW_CALLS = 7
+_FEW_CALLS = 5
 _CALLS_USED_UP = 5
 """MINPACK's word for it."""
 _HOPELESS = 100.0
