@@ -117,7 +117,12 @@ def label_place(marker: QRectF, size_px: tuple[float, float], taken: Sequence[QR
         QRectF(x - away - width, y - away - height, width, height),
         QRectF(x - away - width, y + away, width, height),
     ]
-    return min(choices, key=lambda choice: sum(_overlap(choice, other) for other in taken))
+    overlaps = []
+    for choice in choices:
+        overlaps.append(sum(_overlap(choice, other) for other in taken))
+        if not overlaps[-1]:
+            return choice
+    return choices[overlaps.index(min(overlaps))]
 
 
 def marker_picture(mark: KeypointMark, font: QFont, ratio: float) -> QImage:

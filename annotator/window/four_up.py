@@ -77,12 +77,14 @@ class PaneHeader(QFrame):
 
     def show_state(self, *, is_used: bool, is_maximized: bool, placing: str) -> None:
         """Show whether the pane was used last, whether it fills the window, and what a click in it does."""
+        is_turned = is_maximized != self._is_maximized
         self._is_used, self._is_placing, self._is_maximized = is_used, bool(placing), is_maximized
         if self._axis is None:
             self._placing.setText(placing)
             self._placing.setVisible(bool(placing))
         self._button.setToolTip("Show all four panes" if is_maximized else "Let this pane fill the window")
-        self._draw_icon()
+        if is_turned or self._button.icon().isNull():
+            self._draw_icon()
         self.update()
 
     def changeEvent(self, event: QEvent) -> None:
