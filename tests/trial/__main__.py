@@ -146,6 +146,7 @@ def main() -> None:
     from annotations.synthesis.grid import Grid
     from annotations.synthesis.scene import SceneSeed, random_scene
     from annotations.synthesis.synthetic_study import write_study
+    from tests.trial.methods import METHODS
 
     tool = shipped_tools()["magnetic-forceps"]
     rows: dict[str, list[dict[str, float]]] = {}
@@ -155,7 +156,7 @@ def main() -> None:
         grid = Grid.over_workspace(SHAPE)
         trial = Trial(Path(name))
         try:
-            for way in ("keypoints", "boxes", "pose"):
+            for way in METHODS:
                 rows[way] = [
                     trial.annotate(
                         study,

@@ -71,5 +71,13 @@ def by_pose(person: Person, session: Session, truth: ToolPose, tool: ToolSpecifi
         person.adjust(pose_handles(wanted, tool), order)
 
 
-METHODS = {"keypoints": by_keypoints, "boxes": by_boxes, "pose": by_pose}
-"""What the table calls each way of working; pose mode is used on a document of keypoints."""
+def by_keypoints_refined(person: Person, session: Session, truth: ToolPose, tool: ToolSpecification) -> None:
+    """Click and drag each keypoint, and accept what the volume proposes then."""
+    by_keypoints(person, session, truth, tool)
+    person.press(Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier)
+    person.wait(lambda: session.view.refinement is not None)
+    person.press(Qt.Key.Key_Return)
+
+
+METHODS = {"keypoints": by_keypoints, "boxes": by_boxes, "pose": by_pose, "refined": by_keypoints_refined}
+"""What the table calls each way of working; all but ``boxes`` are done on documents of keypoints."""

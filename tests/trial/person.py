@@ -1,8 +1,9 @@
 """A simulated annotator at a real window: mouse and keys only, with an unsteady hand and imperfect eyes."""
 
 import math
+import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +103,14 @@ class Person:
                 self.done["notch"] += 1
                 self._turn_wheel(view, 120 * away, modifier)
         self._settle()
+
+    def wait(self, ready: Callable[[], bool], patience_s: float = 60) -> None:
+        """Watch the window until something has happened."""
+        limit_s = time.perf_counter() + patience_s
+        while not ready():
+            if time.perf_counter() > limit_s:
+                raise TimeoutError("what the annotator waits for does not happen")
+            QApplication.processEvents()
 
     def adjust(self, wanted: Sequence[Handle], order: Sequence[str], *, rounds: int = 2) -> None:
         """Drag handles, in an order, to where they are wanted, until they are close or nothing is gained.
