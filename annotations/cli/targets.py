@@ -32,7 +32,8 @@ def _fields(
 ) -> dict[str, Any]:
     """Return the targets that the tool has, ``None`` for those whose keypoints have no position.
 
-    A signed angle is there only where a box gives the hinge.
+    A signed angle is there only where a box gives the hinge. Each keypoint or box stands with its state,
+    certainty and source, so that what was filled in from a fit does not pass for what somebody saw.
     """
     fields: dict[str, Any] = {
         "path": str(path),
@@ -50,6 +51,10 @@ def _fields(
         fields[f"{angle.name}_deg"] = targets.angles_deg.get(angle.name)
         if angle.name in targets.signed_angles_deg:
             fields[f"{angle.name}_signed_deg"] = targets.signed_angles_deg[angle.name]
+    fields[annotation.method] = {
+        part.name: {"state": part.state, "certainty": part.certainty, "source": part.source}
+        for part in annotation.parts
+    }
     return fields
 
 
@@ -67,6 +72,13 @@ def _in_words(path: Path, annotation: Annotation, tool: ToolSpecification, targe
         signed = targets.signed_angles_deg.get(angle.name)
         words = unknown if value is None else f"{value:.2f}°"
         lines.append(f"  {angle.name:<11}  {words}" + ("" if signed is None else f", signed {signed:+.2f}°"))
+    unseen = [
+        f"{part.name} ({part.state.replace('_', ' ')}{', fitted' if part.source == 'fitted' else ''})"
+        for part in annotation.parts
+        if part.state in ("occluded", "out_of_view")
+    ]
+    if unseen:
+        lines.append(f"  not seen     {', '.join(unseen)}")
     return "\n".join(lines)
 
 

@@ -82,12 +82,15 @@ class PoseReadout:
         Keypoints, in the tool's order.
     distances_um : mapping of (str, str) to float
         Between each pair of keypoints with positions, in the order of ``names``.
+    provenance : tuple of (str, str, str)
+        Name, state and source of each keypoint or box: what is computed must not pass for what was seen.
     """
 
     targets: tuple[Reading, ...]
     links: tuple[LinkLength, ...]
     names: tuple[str, ...]
     distances_um: Mapping[tuple[str, str], float]
+    provenance: tuple[tuple[str, str, str], ...] = ()
 
     def table(self) -> str:
         """Return all as tab-separated text, one quantity a line, with units in the names."""
@@ -107,6 +110,8 @@ class PoseReadout:
             f"distance_{first}_{second}_um\t{_plain(distance)}"
             for (first, second), distance in self.distances_um.items()
         ]
+        for name, state, source in self.provenance:
+            lines += [f"state_{name}\t{state}", f"source_{name}\t{source}"]
         return "\n".join(lines) + "\n"
 
 
@@ -118,7 +123,13 @@ def pose_readout(document: Annotation, tool: ToolSpecification) -> PoseReadout:
         (first, second): float(np.linalg.norm(points[first] - points[second]))
         for first, second in combinations(points, 2)
     }
-    return PoseReadout(_readings(document, tool), _lengths(document, tool), tool.keypoint_names, distances_um)
+    return PoseReadout(
+        _readings(document, tool),
+        _lengths(document, tool),
+        tool.keypoint_names,
+        distances_um,
+        tuple((part.name, part.state, part.source or "") for part in document.parts),
+    )
 
 
 def _lengths(document: Annotation, tool: ToolSpecification) -> tuple[LinkLength, ...]:

@@ -139,3 +139,16 @@ def test_a_newer_schema_is_refused_and_left_alone(
     assert "oct-annotation/2" in messages
     assert json.loads(before)["schema"] == "oct-annotation/2"
     assert truth_path.read_bytes() == before
+
+
+def test_what_was_filled_in_from_the_fit_does_not_pass_for_seen(
+    truth_path: Path, rewrite: Callable[..., None], run_json: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rewrite(lambda fields: fields["keypoints"][3].update(state="occluded", source="fitted"))
+
+    _, [fields], _ = run_json("targets", truth_path)
+
+    assert fields["keypoints"]["k3"] == {"state": "occluded", "certainty": "sure", "source": "fitted"}
+    assert fields["keypoints"]["k0"]["source"] == "synthesized"
+    main(["targets", str(truth_path)])
+    assert "not seen     k3 (occluded, fitted)" in capsys.readouterr().out

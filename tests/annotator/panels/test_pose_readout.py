@@ -128,7 +128,9 @@ def test_the_table_has_one_quantity_a_line_with_its_unit() -> None:
     assert values["length_link1_um"] == "5000"
     assert values["nominal_length_link2_um"] == "6000"
     assert values["distance_k0_k1_um"] == "11000"
-    assert len(values) == 1 + 3 + 3 + 2 + 6 + 15
+    assert values["state_k0"] == "placed"
+    assert values["source_k0"] == "clicked"
+    assert len(values) == 1 + 3 + 3 + 2 + 6 + 15 + 12
 
 
 def test_what_is_absent_is_empty_in_the_table() -> None:
