@@ -2,18 +2,21 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
 from annotations.documents.study import STUDY_FILE
 from annotations.errors import UserError
-from annotations.fitting.calibration import Calibration, calibrate_study, calibrated_tool
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tools, write_tool
 from annotator.session.jobs import Job
 from annotator.session.options import SessionOptions
 from annotator.session.posing import SessionPosing
 from annotator.session.worklist import Worklist
+
+if TYPE_CHECKING:
+    from annotations.fitting.calibration import Calibration
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,7 @@ class ToolCalibration:
     """
 
     tool: ToolSpecification
-    calibration: Calibration
+    calibration: "Calibration"
     folder: Path
     is_study: bool
     taken_names: frozenset[str]
@@ -46,12 +49,18 @@ class ToolCalibration:
         numbered = (f"{plain}-{number}" for number in range(2, len(self.taken_names) + 3))
         return next(name for name in (plain, *numbered) if name not in self.taken_names)
 
+    def tool_named(self, name: str) -> ToolSpecification:
+        """Return the new specification; UserError where none of that name can be made."""
+        from annotations.fitting.calibration import calibrated_tool  # late: few sessions calibrate
+
+        return calibrated_tool(self.tool, self.calibration, name)
+
     def problem_with(self, name: str) -> str:
         """Return why no specification of that name can be made of it; empty where one can."""
         if name in self.taken_names:
             return f"There is a tool {name!r} already: choose another name for the new one"
         try:
-            calibrated_tool(self.tool, self.calibration, name)
+            self.tool_named(name)
         except UserError as error:
             return str(error)
         return ""
@@ -83,7 +92,7 @@ class SessionCalibrating(SessionPosing):
         """Write the calibrated tool as a new specification; False if that failed, and a signal says why."""
         path = found.folder / f"{name}.toml"
         try:
-            write_tool(calibrated_tool(found.tool, found.calibration, name), path)
+            write_tool(found.tool_named(name), path)
         except UserError as error:
             self.error_raised.emit(error)
             return False
@@ -94,6 +103,8 @@ class SessionCalibrating(SessionPosing):
 def _measured(
     tool: ToolSpecification, folder: Path, tool_folders: tuple[Path, ...], user_tool_folder: Path
 ) -> ToolCalibration:
+    from annotations.fitting.calibration import calibrate_study  # late: few sessions calibrate
+
     is_study = (folder / STUDY_FILE).is_file()
     return ToolCalibration(
         tool,

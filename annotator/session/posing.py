@@ -1,6 +1,7 @@
 """The session's editing of the tool as one body: pose mode, filling in from the fit, refining."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject
@@ -9,7 +10,6 @@ from annotations.documents import edits
 from annotations.documents.annotation import Source
 from annotations.documents.edits import EditRefused
 from annotations.errors import UserError
-from annotations.fitting.refine import Refinement, refine_pose
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotator.session.box_editing import SessionBoxes
@@ -18,6 +18,9 @@ from annotator.session.options import SessionOptions
 from annotator.session.placing import nudged
 from annotator.session.pose_handles import bent, joint_named, moved, pose_dragged, turned
 from annotator.session.view import Draft, Mode
+
+if TYPE_CHECKING:
+    from annotations.fitting.refine import Refinement
 
 _NO_CLICKS = "In pose mode clicks place nothing: drag the tool's handles, or place with P"
 
@@ -151,6 +154,8 @@ class SessionPosing(SessionBoxes):
 
     def refine(self) -> None:
         """Polish the tool's pose against the volume; the result is a proposal, see `View.refinement`."""
+        from annotations.fitting.refine import refine_pose  # late: few sessions refine
+
         volume, spacing_um, tool, pose = self.volume, self.spacing_um, self.tool, self.settled_pose
         if volume is None or spacing_um is None or tool is None:
             return
@@ -212,7 +217,7 @@ class SessionPosing(SessionBoxes):
             return
         self.pose_tool(change(pose))
 
-    def _on_job_refined(self, found: Refinement, began: object) -> None:
+    def _on_job_refined(self, found: "Refinement", began: object) -> None:
         self._refining = None
         if self._document is began:
             self.look(refinement=found)

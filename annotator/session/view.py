@@ -1,13 +1,15 @@
 """What is looked at, and how: frozen, announced like the document, never undone, never saved with it."""
 
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 from annotations.documents.annotation import Annotation, Source
-from annotations.fitting.refine import Refinement
 from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose
 from annotations.volumes import Ray
+
+if TYPE_CHECKING:
+    from annotations.fitting.refine import Refinement
 
 Mode = Literal["navigate", "place", "pose"]
 Rendering = Literal["volume", "mip"]
@@ -113,7 +115,7 @@ class View:
     first_end_um: Vector | None = None
     free_links: frozenset[str] = frozenset()
     pose: ToolPose | None = None
-    refinement: Refinement | None = None
+    refinement: "Refinement | None" = None
     window: tuple[float, float] = (0.0, 255.0)
     opacity_threshold: float = 0.0
     rendering: Rendering = "volume"

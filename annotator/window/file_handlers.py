@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QFileDialog, QMainWindow
 from annotations.app_folders import data_folder
 from annotations.documents.study import STUDY_FILE
 from annotations.errors import UserError
-from annotations.synthesis.demo import make_demo_study
 from annotations.volumes.opening import SUFFIXES
 from annotator.session import Session
 from annotator.settings import RECENT_FILES, Settings
@@ -80,7 +79,7 @@ class FileHandlers:
         folder = data_folder() / "demo"
         self._session.jobs.start(
             "Making the demo study",
-            lambda progress, cancelled: make_demo_study(folder, progress, cancelled),
+            lambda progress, cancelled: _made_demo(folder, progress, cancelled),
             done=self.open_path,
             failed=self._on_demo_failed,
         )
@@ -130,3 +129,9 @@ class FileHandlers:
         opened = [volume.path, self._session.annotation_path or volume.path]
         if any(folder == each or folder in each.parents for each in opened):
             self._settings.remember_path(path)
+
+
+def _made_demo(folder: Path, progress: Callable[[float], None], cancelled: Callable[[], bool]) -> Path:
+    from annotations.synthesis.demo import make_demo_study  # late: it takes 0.3 s, and few sessions need it
+
+    return make_demo_study(folder, progress, cancelled)

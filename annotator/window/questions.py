@@ -12,12 +12,10 @@ from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown
 from annotations.geometry.frames import Vector
 from annotations.volumes import DatasetChoice, Volume
-from annotator.dialogs.calibration_dialog import CalibrationDialog
 from annotator.dialogs.dataset_dialog import DatasetDialog
 from annotator.dialogs.error_dialog import ErrorDialog
 from annotator.dialogs.overwrite_dialog import OverwriteDialog
 from annotator.dialogs.recovery_dialog import RecoveryDialog
-from annotator.dialogs.roll_dialog import RollChoiceDialog, RollEntryDialog
 from annotator.dialogs.spacing_dialog import SpacingDialog
 from annotator.dialogs.unsaved_dialog import UnsavedDialog
 from annotator.session import Session
@@ -209,6 +207,8 @@ class Questions(QObject):
         self.show(dialog)
 
     def _on_session_roll_requested(self, unknown: RollUnknown) -> None:
+        from annotator.dialogs.roll_dialog import RollChoiceDialog, RollEntryDialog  # late: few ask for it
+
         document, tool = self._session.document, self._session.tool
         if document is None or tool is None:
             return
@@ -227,6 +227,8 @@ class Questions(QObject):
         self.show(dialog)
 
     def _on_session_calibrated(self, found: ToolCalibration) -> None:
+        from annotator.dialogs.calibration_dialog import CalibrationDialog  # late: few ask for it
+
         dialog = CalibrationDialog(found, self._window)
         dialog.accepted.connect(lambda: self._session.keep_calibration(found, dialog.name))
         self.show(dialog)

@@ -11,11 +11,12 @@ from PySide6.QtWidgets import QLabel, QPushButton, QTableWidget
 from pytestqt.qtbot import QtBot
 
 from annotations.errors import Cancelled
+from annotations.fitting import refine
 from annotations.fitting.refine import Refinement, Support
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.rotations import from_yaw_pitch_roll
 from annotator.panels.pose_panel import PosePanel
-from annotator.session import Session, posing
+from annotator.session import Session
 
 LEFT = Qt.MouseButton.LeftButton
 POSE = ToolPose(
@@ -36,7 +37,7 @@ class Refiner:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.go_on = threading.Event()
-        monkeypatch.setattr(posing, "refine_pose", self._refine)
+        monkeypatch.setattr(refine, "refine_pose", self._refine)
 
     def _refine(self, *_arguments: Any, progress: Any, cancelled: Callable[[], bool]) -> Refinement:
         while not self.go_on.wait(0.01):

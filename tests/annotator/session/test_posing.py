@@ -11,12 +11,13 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from annotations.errors import Cancelled, UserError
+from annotations.fitting import refine
 from annotations.fitting.refine import Refinement, Support
 from annotations.geometry.boxes import Box
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotations.geometry.rotations import from_yaw_pitch_roll, matrix
 from annotations.volumes import Ray, write_sidecar
-from annotator.session import Session, posing
+from annotator.session import Session
 from annotator.session.options import SessionOptions
 
 POSE = ToolPose(
@@ -386,7 +387,7 @@ class Refiner:
         )
         self.poses: list[ToolPose] = []
         self.go_on = threading.Event()
-        monkeypatch.setattr(posing, "refine_pose", self._refine)
+        monkeypatch.setattr(refine, "refine_pose", self._refine)
 
     def _refine(self, *arguments: Any, progress: Any, cancelled: Callable[[], bool]) -> Refinement:
         self.poses.append(arguments[3])

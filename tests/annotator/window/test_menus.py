@@ -9,8 +9,8 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMenu, QSplitter
 
 from annotations.geometry.boxes import Box
+from annotations.synthesis import demo
 from annotator.actions.table import ACTIONS
-from annotator.window import file_handlers
 from annotator.window.four_up import FourUp
 
 
@@ -35,7 +35,7 @@ def test_demo_study_is_made_and_opened(
         assert not cancelled()
         return shutil.copytree(volume_path.parent, folder)
 
-    monkeypatch.setattr(file_handlers, "make_demo_study", make)
+    monkeypatch.setattr(demo, "make_demo_study", make)
     window = make_window(empty_session)
     window.actions_by_name["open_demo"].trigger()
     qtbot.waitUntil(lambda: empty_session.volume is not None)

@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLineEdit, QTableWidget
 
 from annotations.documents.files import load_annotation
+from annotations.fitting import refine
 from annotations.fitting.refine import Refinement
 from annotations.geometry.boxes import Box
 from annotations.geometry.kinematics import ToolPose, keypoints_um
@@ -15,7 +16,6 @@ from annotator.actions.table import ACTIONS
 from annotator.dialogs.calibration_dialog import CalibrationDialog
 from annotator.dialogs.error_dialog import ErrorDialog
 from annotator.dialogs.roll_dialog import RollChoiceDialog, RollEntryDialog
-from annotator.session import posing
 
 NO_MODIFIER = Qt.KeyboardModifier.NoModifier
 CONTROL, SHIFT, ALT = (
@@ -214,7 +214,7 @@ def test_the_other_solution_by_key(person, session):
 @pytest.mark.parametrize(("key", "accepted"), [(Qt.Key.Key_Return, True), (Qt.Key.Key_Escape, False)])
 def test_refining_by_key(qtbot, person, posed, monkeypatch, key, accepted):
     found = Refinement(ToolPose((3100.0, 4000.0, 2000.0), POSE.rotation_wxyz), {}, {}, 2.0, 1.0, "")
-    monkeypatch.setattr(posing, "refine_pose", lambda *_, **__: found)
+    monkeypatch.setattr(refine, "refine_pose", lambda *_, **__: found)
     before = posed.document
     person.press(Qt.Key.Key_R, CONTROL)
     qtbot.waitUntil(lambda: posed.view.refinement is not None)

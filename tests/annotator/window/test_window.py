@@ -172,8 +172,8 @@ def test_frame_of_the_first_window_fits_on_the_screen(qtbot, empty_session, sett
     assert window.width() < available.width()
 
 
-def test_what_only_fits_and_snaps_need_is_not_imported_with_the_window():
-    late = ("scipy.optimize", "scipy.ndimage", "mayavi", "vtkmodules")
+def test_what_only_fits_snaps_and_demos_need_is_not_imported_with_the_window():
+    late = ("scipy", "annotations.synthesis", "annotations.fitting.refine", "mayavi", "vtkmodules")
     code = (
         f"import sys; import annotator.window.main_window; print([n for n in {late!r} if n in sys.modules])"
     )
