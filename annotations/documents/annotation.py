@@ -237,14 +237,16 @@ class Derivation(Record):
 
 
 def _refuse_repeats(kind: str, names: list[str]) -> None:
+    seen: set[str] = set()
     for index, name in enumerate(names):
-        if name in names[:index]:
+        if name in seen:
             # The index tells the reader of a file which line it is.
             raise PydanticCustomError(
                 "repeated",
                 "{kind} {name} stands more than once",
                 {"kind": kind, "name": repr(name), "index": index},
             )
+        seen.add(name)
 
 
 def _each_keypoint_once(keypoints: tuple[KeypointAnnotation, ...]) -> tuple[KeypointAnnotation, ...]:
