@@ -19,14 +19,23 @@ from annotations.fitting.evidence import BodyPoint
 from annotations.geometry.frames import vector
 
 Kind = Literal[
-    "sound", "swapped", "reversed", "turned_over", "displaced", "beyond_limits", "length", "relabelled"
+    "sound",
+    "swapped",
+    "reversed",
+    "turned_over",
+    "rolled",
+    "displaced",
+    "beyond_limits",
+    "length",
+    "relabelled",
 ]
 
 _PRIORS: dict[Kind, float] = {
     "sound": 1.0,
     "swapped": 0.25,
     "reversed": 0.25,
-    "turned_over": 0.1,
+    "turned_over": 0.2,
+    "rolled": 0.2,
     "displaced": 0.4,
     "beyond_limits": 0.02,
     "length": 0.002,  # what a specification may be wrong by is in the tolerance already
@@ -59,8 +68,8 @@ class Account:
         Keypoints, links or joints that the mistake is about.
     points : tuple of BodyPoint
         Without those that tell nothing under this account.
-    displaced : int
-        How many points that is.
+    room_um3 : float
+        In how large a space each point that was left out may lie, all of them multiplied.
     long_link : int or None
         The link that may be far from nominal.
     """
@@ -68,7 +77,7 @@ class Account:
     kind: Kind
     parts: tuple[str, ...]
     points: tuple[BodyPoint, ...]
-    displaced: int = 0
+    room_um3: float = 1.0
     long_link: int | None = None
 
     @property
@@ -115,7 +124,7 @@ def single_mistakes(points: Sequence[BodyPoint], chain: Chain) -> Iterator[Accou
     if len(points) > 2:
         for index, point in enumerate(points):
             rest = points[:index] + points[index + 1 :]
-            yield Account("displaced", (point.keypoint,), rest, displaced=1)
+            yield Account("displaced", (point.keypoint,), rest, room_um3=_WHEREVER_UM3)
     yield from tool_mistakes(points, chain)
 
 
@@ -133,7 +142,15 @@ def single_box_mistakes(points: Sequence[BodyPoint], chain: Chain) -> Iterator[A
         for side in (beside, over):
             yield Account("reversed", (link,), (*others(link), _at(base, tip), _at(tip, base), side))
         if len(boxes) > 1:
-            yield Account("displaced", (link,), others(link), displaced=3)
+            yield Account("displaced", (link,), others(link), room_um3=_WHEREVER_UM3**3)
+    if len(boxes) > 1:
+        # One alone, or all that followed its roll, or all: a box begins with the hinge of its parent's.
+        sizes = sorted({1, len(boxes) - 1, len(boxes)})
+        for links in (links for size in sizes for links in combinations(boxes, size)):
+            sides = [boxes[link][2] for link in links]
+            rest = tuple(point for point in points if point not in sides)
+            room_um3 = math.prod(_anywhere_around_um3(side) for side in sides)
+            yield Account("rolled", links, rest, room_um3=room_um3)
     for one, other in combinations(boxes, 2):
         exchanged = (*_box_at(boxes[one], boxes[other]), *_box_at(boxes[other], boxes[one]))
         yield Account("swapped", (one, other), (*others(one, other), *exchanged))
@@ -214,7 +231,7 @@ def _surprise(account: Account, solver: ChainSolver, solution: Solution, spreads
     jacobian = solver.jacobian(solution) * _spreads(account, solver, spreads_um)
     _, narrowing = np.linalg.slogdet(np.eye(jacobian.shape[1]) + jacobian.T @ jacobian)
     noise = sum(3 * math.log(2 * math.pi * point.sigma_um**2) for point in account.points)
-    return solution.chi_square + float(narrowing) + noise + 2 * account.displaced * math.log(_WHEREVER_UM3)
+    return solution.chi_square + float(narrowing) + noise + 2 * math.log(account.room_um3)
 
 
 def _stretch_sigmas(solver: ChainSolver, solution: Solution, spreads_um: Array) -> Array:
@@ -247,6 +264,11 @@ def _box_at(box: tuple[BodyPoint, ...], place: tuple[BodyPoint, ...]) -> tuple[B
     widening = box[2].local_um[1] / place[2].local_um[1]
     position_um = middle_um + (np.asarray(beside.position_um) - middle_um) * widening
     return base, tip, replace(beside, position_um=vector(position_um))
+
+
+def _anywhere_around_um3(side: BodyPoint) -> float:
+    """Return in how large a space a box's side may lie at any roll: a ring, as thick as its noise."""
+    return 2 * math.pi * side.local_um[1] * 2 * math.pi * side.sigma_um**2
 
 
 def _opposite(base: BodyPoint, tip: BodyPoint, beside: BodyPoint) -> tuple[float, float, float]:

@@ -1,15 +1,21 @@
 """What a document says about a tool's pose: points fixed on its links, where they are seen, how surely."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from annotations.documents.annotation import Annotation, BoxAnnotation, KeypointAnnotation, State
+from annotations.geometry.box_conversion import CLICK_NOISE_UM
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.tool import Link, ToolSpecification
 
-SIGMA_UM = 50.0
+SIGMA_UM = CLICK_NOISE_UM
 """Standard deviation along each axis of a keypoint that is placed and sure."""
+
+ROLL_SIGMA_DEG = 5.0
+"""Standard deviation of a box's roll where its ends have `SIGMA_UM`. A round link looks the same at any roll,
+and two clicks tell none: it is turned by eye until its hinge seems to suit the bend."""
 
 _UNSURE_FACTOR = 3.0
 _STATE_FACTORS: dict[State, float] = {"placed": 1.0, "occluded": 2.0, "out_of_view": 4.0}
@@ -46,7 +52,8 @@ def document_points(
     """Return the points that a document of either method gives, in its own order.
 
     A keypoint gives itself if it ends a link. A box gives its two ends, and a point on the side of its +y, so
-    that roll and the hinge's sense count. What was filled in from a fit, and no person placed since, is none.
+    that roll and the hinge's sense count, for as much as `ROLL_SIGMA_DEG`. What was filled in from a fit, and
+    no person placed since, is none.
 
     Parameters
     ----------
@@ -92,10 +99,14 @@ def _box_points(part: BoxAnnotation, link: Link, sigma_um: float) -> tuple[BodyP
     # The specification's width, so that a box drawn too wide pulls nothing to the side.
     half_width_um = link.cross_section_um[0] / 2
     beside_um = vector(np.asarray(box.center_um) + box.axes[:, 1] * half_width_um)
+    # A thin link's side is seen no surer than its ends.
+    roll_sigma_um = sigma_um / SIGMA_UM * half_width_um * math.radians(ROLL_SIGMA_DEG)
     return (
         BodyPoint(link.name, (0.0, 0.0, 0.0), box.base_um, sigma_um, link.base),
         BodyPoint(link.name, (link.length_um, 0.0, 0.0), box.tip_um, sigma_um, link.tip),
-        BodyPoint(link.name, (link.length_um / 2, half_width_um, 0.0), beside_um, sigma_um),
+        BodyPoint(
+            link.name, (link.length_um / 2, half_width_um, 0.0), beside_um, max(sigma_um, roll_sigma_um)
+        ),
     )
 
 

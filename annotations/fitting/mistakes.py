@@ -2,13 +2,13 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from annotations.documents.annotation import Annotation
+from annotations.documents.annotation import Annotation, Method
 from annotations.errors import Cancelled
 from annotations.fitting.accounts import (
     Account,
@@ -25,12 +25,16 @@ from annotations.fitting.distances import SeenDistances
 from annotations.fitting.evidence import SIGMA_UM, BodyPoint, document_points
 from annotations.fitting.pose_fit import fit_points
 from annotations.fitting.relabellings import plausible_relabellings
+from annotations.geometry.angles import signed_angle_deg
+from annotations.geometry.boxes import Box
+from annotations.geometry.kinematics import link_boxes
 from annotations.geometry.tool import ToolSpecification
 
 MistakeKind = Literal[
     "swapped",
     "reversed",
     "turned_over",
+    "rolled",
     "displaced",
     "beyond_limits",
     "length",
@@ -58,9 +62,10 @@ class Mistake:
     ----------
     kind : str
         ``swapped``: two keypoints, or two links' boxes; ``reversed``: a link's ends; ``turned_over``: the
-        hinge's sense of a link's box; ``displaced``: a keypoint, or a link's box; ``beyond_limits``: the
-        angle of a joint; ``length``: a link's; ``relabelled``: several keypoints; ``undecided``: something is
-        wrong, but the data cannot tell which of the `candidates` it is, or none of them explains it.
+        hinge's sense of a link's box; ``rolled``: some links' boxes, about their own x; ``displaced``: a
+        keypoint, or a link's box; ``beyond_limits``: the angle of a joint; ``length``: a link's;
+        ``relabelled``: several keypoints; ``undecided``: something is wrong, but the data cannot tell which
+        of the `candidates` it is, or none of them explains it.
     parts : tuple of str
         Names of the keypoints, links or joints concerned. Of relabelled keypoints, pairs one after the other:
         the name that a position has, and the name that it should have.
@@ -141,7 +146,7 @@ def likely_mistakes(
     mistakes = _weighed(verdicts, numbers, sound, tool, chain)
     if mistakes and mistakes[0].probability >= _NAMED and _explains(mistakes[0]):
         return (mistakes[0],)
-    return (_undecided(mistakes, sound),)
+    return (_undecided(mistakes, sound, document.method),)
 
 
 def _is_implausible(sound: Verdict, chain: Chain, tolerance: float) -> bool:
@@ -221,13 +226,16 @@ def _mistake(
         text = f"{link.name} is likely reversed: exchange its ends, {link.base} and {link.tip}."
     elif account.kind == "turned_over":
         text = f"The box of {parts[0]} likely has its hinge's sense reversed: turn it half about its own x."
+    elif account.kind == "rolled":
+        told = _and(_how_turned(account, sound.account.points, tool))
+        text = f"Where the boxes end shows another roll: turn {told} about its own x."
     elif account.kind == "displaced":
         text = f"{parts[0]} is likely misplaced{_how_far(account, sound.account.points, tool)}: check it."
     elif account.kind == "beyond_limits":
         angles_deg = beyond_limits_deg(verdict, chain)
         parts = tuple(angles_deg)
         limits_deg = {joint.name: joint.limits_deg for joint in tool.joints}
-        told = " and ".join(
+        told = _and(
             f"{name} would be {angle_deg:.0f}°, beyond its limit of "
             f"{limits_deg[name][0 if angle_deg < limits_deg[name][0] else 1]:g}°"
             for name, angle_deg in angles_deg.items()
@@ -269,6 +277,34 @@ def _how_far(account: Account, points: Sequence[BodyPoint], tool: ToolSpecificat
     return f", {max(distances_um) / 1000:.1f} mm from where the others put it" if distances_um else ""
 
 
+def _how_turned(account: Account, points: Sequence[BodyPoint], tool: ToolSpecification) -> list[str]:
+    """Say which boxes have another roll than where the boxes end shows, and by how much, where it does."""
+    fit = fit_points(account.points, tool)
+    if fit is None or "rotation_x_deg" in fit.open_parameters:
+        return list(account.parts)
+    by_pose = [
+        _turns_deg(account.parts, points, link_boxes(pose, tool)) for pose in (fit.pose, *fit.alternatives)
+    ]
+    # Of two senses of the hinge, that which is nearer to what a person said.
+    turns_deg = min(by_pose, key=lambda turns_deg: sum(map(abs, turns_deg)))
+    return [f"{link} by {turn_deg:+.0f}°" for link, turn_deg in zip(account.parts, turns_deg, strict=True)]
+
+
+def _turns_deg(links: Sequence[str], points: Sequence[BodyPoint], fitted: Mapping[str, Box]) -> list[float]:
+    """Return by what angle in degrees about its own x each link's box is turned less than the fitted one."""
+    turns_deg = []
+    for link in links:
+        base_um, tip_um, side_um = (np.array(point.position_um) for point in points if point.link == link)
+        seen, wanted = side_um - (base_um + tip_um) / 2, fitted[link].axes[:, 1]
+        turns_deg.append(signed_angle_deg(seen, wanted, tip_um - base_um))
+    return turns_deg
+
+
+def _and(phrases: Iterable[str]) -> str:
+    *others, last = phrases
+    return f"{', '.join(others)} and {last}" if others else last
+
+
 def _explains(mistake: Mistake) -> bool:
     from scipy.special import chdtrc
 
@@ -277,7 +313,7 @@ def _explains(mistake: Mistake) -> bool:
     )
 
 
-def _undecided(candidates: Sequence[Mistake], sound: Verdict) -> Mistake:
+def _undecided(candidates: Sequence[Mistake], sound: Verdict, method: Method) -> Mistake:
     """Return the word on what the data cannot tell: which of some mistakes it is, or any at all."""
     likely = [mistake for mistake in candidates if _explains(mistake)]
     names = tuple(dict.fromkeys(part for mistake in likely for part in mistake.parts))
@@ -285,8 +321,9 @@ def _undecided(candidates: Sequence[Mistake], sound: Verdict) -> Mistake:
         told = " ".join(f"({number}) {mistake.text}" for number, mistake in enumerate(likely, start=1))
         text = f"Something is wrong, but the data cannot tell what it is. {told}"
     else:
+        part = "keypoint" if method == "keypoints" else "box"
         text = (
-            "The annotation does not fit the tool, and no single mistake explains it: check each keypoint, "
+            f"The annotation does not fit the tool, and no single mistake explains it: check each {part}, "
             "and the lengths in the tool's specification."
         )
     best = min((mistake.chi_square_after for mistake in likely), default=sound.chi_square)

@@ -13,6 +13,7 @@ from annotations.documents.annotation import (
     changed,
     new_annotation,
 )
+from annotations.fitting.evidence import ROLL_SIGMA_DEG
 from annotations.geometry import rotations
 from annotations.geometry.boxes import Box, box_between
 from annotations.geometry.frames import Vector, vector
@@ -128,7 +129,8 @@ def noisy_boxes() -> Callable[..., dict[str, Box]]:
             base_um, tip_um = (
                 np.array(end) + rng.normal(0, sigma_um, 3) for end in (box.base_um, box.tip_um)
             )
-            side = box.axes[:, 1] * box.size_um[1] / 2 + rng.normal(0, sigma_um, 3)
+            roll_rad = np.radians(rng.normal(0, ROLL_SIGMA_DEG))
+            side = np.cos(roll_rad) * box.axes[:, 1] + np.sin(roll_rad) * box.axes[:, 2]
             boxes[name] = box_between(base_um, tip_um, tool.link(name).cross_section_um, side)
         return boxes
 

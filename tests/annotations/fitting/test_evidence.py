@@ -63,3 +63,13 @@ def test_a_box_shows_its_ends_and_the_side_of_its_hinge(
     assert tip.position_um == pytest.approx(ends_um["k5"])
     assert beside.local_um == (3000.0, 2000.0, 0.0)
     assert beside.position_um == pytest.approx(np.array(box.center_um) + 2000.0 * box.axes[:, 1])
+    # 5° of roll, at half the width.
+    assert (base.sigma_um, tip.sigma_um, beside.sigma_um) == pytest.approx((50.0, 50.0, 174.5), abs=0.1)
+
+
+def test_the_side_of_a_thin_box_is_no_surer_than_its_ends(
+    needle: ToolSpecification, box_document: Write
+) -> None:
+    boxes = link_boxes(ToolPose((1000.0, 2000.0, 3000.0), (0.5, 0.5, 0.5, 0.5)), needle)
+    points = document_points(box_document(needle, boxes), needle)
+    assert [point.sigma_um for point in points] == [50.0, 50.0, 50.0]

@@ -327,6 +327,54 @@ def test_mistakes_in_boxes_are_named(
     assert outcomes[True] >= 28
 
 
+def test_boxes_whose_roll_nobody_has_set_are_named_with_the_turn(
+    forceps: ToolSpecification, random_pose: Draw, noisy_boxes: SeeBoxes, box_document: Write
+) -> None:
+    rng = np.random.default_rng(33)
+    outcomes: Counter[bool] = Counter()
+    for _ in range(30):
+        pose = random_pose(forceps, rng, margin_deg=25.0)
+        turn_deg = float(rng.choice([-1, 1]) * rng.uniform(40, 80))
+        about_own_x = rotations.about_axis((1, 0, 0), turn_deg)
+        boxes = {
+            name: replace(box, rotation_wxyz=rotations.product(box.rotation_wxyz, about_own_x))
+            for name, box in noisy_boxes(pose, forceps, rng).items()
+        }
+        found = likely_mistakes(box_document(forceps, boxes), forceps)
+        named = [each for each in found if (each.kind, each.parts) == ("rolled", tuple(boxes))]
+        outcomes[bool(named)] += 1
+        for mistake in named:
+            told_deg = float(mistake.text.split("link0 by ")[1].split("°")[0])
+            assert told_deg == pytest.approx(-turn_deg, abs=20)
+    assert outcomes[True] >= 24
+
+
+def test_the_one_box_that_is_rolled_is_named(
+    forceps: ToolSpecification, box_document: Write, noisy_boxes: SeeBoxes
+) -> None:
+    pose = ToolPose((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), {"theta1": 45.0, "theta2": 45.0})
+    boxes = noisy_boxes(pose, forceps, np.random.default_rng(34))
+    turned = rotations.product(boxes["link1"].rotation_wxyz, rotations.about_axis((1, 0, 0), 60.0))
+    boxes["link1"] = replace(boxes["link1"], rotation_wxyz=turned)
+    (mistake,) = likely_mistakes(box_document(forceps, boxes), forceps)
+    assert (mistake.kind, mistake.parts) == ("rolled", ("link1",))
+
+
+def test_of_boxes_it_is_boxes_that_are_to_be_checked(forceps: ToolSpecification, box_document: Write) -> None:
+    rng = np.random.default_rng(35)
+    anywhere = {
+        link.name: Box(
+            vector(rng.uniform(0, 15_000, 3)),
+            (link.length_um, *link.cross_section_um),
+            rotations.quaternion(rng.normal(size=4)),
+        )
+        for link in forceps.links
+    }
+    (mistake,) = likely_mistakes(box_document(forceps, anywhere), forceps)
+    assert (mistake.kind, mistake.candidates) == ("undecided", ())
+    assert "check each box" in mistake.text
+
+
 @pytest.mark.parametrize("count", [0, 1])
 def test_a_document_that_says_little_is_not_accused(
     forceps: ToolSpecification, needle: ToolSpecification, keypoint_document: Write, count: int
