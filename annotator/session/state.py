@@ -24,6 +24,7 @@ from annotator.session.jobs import Jobs
 from annotator.session.level_loader import LevelLoader
 from annotator.session.opening import Opened
 from annotator.session.options import SessionOptions
+from annotator.session.remembered import Remembered
 from annotator.session.view import Draft, Preview, View
 from annotator.session.worklist import WorkItem, Worklist
 
@@ -95,8 +96,8 @@ class SessionState(QObject):
         self._view = View()
         self._averaged: Level | None = None
         self._detail: Level | None = None
-        self._shown: Annotation | None = None
-        self._shown_key: tuple[Annotation | None, Draft | None, Preview | None] | None = None
+        self._shown: Remembered[Annotation | None] = Remembered()
+        self._shown_positions_um: Remembered[Mapping[str, Vector]] = Remembered()
         self._file: DocumentFile | None = None
         self.jobs = Jobs(self)
         self.undo_stack = QUndoStack(self)
@@ -205,22 +206,13 @@ class SessionState(QObject):
     @property
     def shown_document(self) -> Annotation | None:
         """The document with what is on its way drawn in: a draft, or the preview of a keypoint."""
-        view = self._view
-        key = (self._document, view.draft, view.preview)
-        # By identity: comparing whole documents for each number that is drawn would take longer than drawing.
-        if self._shown_key is None or any(a is not b for a, b in zip(key, self._shown_key, strict=True)):
-            self._shown_key, self._shown = key, self._draw_in()
-        return self._shown
+        return self._shown.result(_drawn_in, self._document, self._view.draft, self._view.preview)
 
     def shown_positions_um(self) -> Mapping[str, Vector]:
         """Return the positions in µm of the shown keypoints, by name; those of boxes are at their ends."""
-        document, tool, preview = self.shown_document, self.tool, self._view.preview
-        if document is None or tool is None:
-            return {}
-        positions = dict(keypoint_positions_um(document, tool))
-        if preview is not None:
-            positions[preview.keypoint] = preview.position_um
-        return positions
+        return self._shown_positions_um.result(
+            _positions_um, self.shown_document, self.tool, self._view.preview
+        )
 
     def shown_anchor_um(self, name: str) -> Vector | None:
         """Return where to look for a keypoint or a link's box, in µm; None where it has no place."""
@@ -260,17 +252,6 @@ class SessionState(QObject):
             self.levels_changed.emit()
         if wanted.detail and (before.detail, before.active_part) != (True, wanted.active_part):
             self._load_detail()
-
-    def _draw_in(self) -> Annotation | None:
-        document, draft, preview = self._document, self._view.draft, self._view.preview
-        if draft is not None:
-            return draft.document
-        if document is None or preview is None or document.method != "keypoints":
-            return document
-        try:
-            return edits.place_keypoint(document, preview.keypoint, preview.position_um, preview.source)
-        except EditRefused:
-            return document
 
     def _tool_folders(self, worklist: Worklist) -> tuple[Path, ...]:
         return (worklist.folder / "tools", self._options.user_tool_folder)
@@ -350,3 +331,23 @@ class SessionState(QObject):
 
     def _on_undo_stack_clean_changed(self, _clean: bool) -> None:
         self.save_state_changed.emit()
+
+
+def _drawn_in(document: Annotation | None, draft: Draft | None, preview: Preview | None) -> Annotation | None:
+    if draft is not None:
+        return draft.document
+    if document is None or preview is None or document.method != "keypoints":
+        return document
+    try:
+        return edits.place_keypoint(document, preview.keypoint, preview.position_um, preview.source)
+    except EditRefused:
+        return document
+
+
+def _positions_um(
+    document: Annotation | None, tool: ToolSpecification | None, preview: Preview | None
+) -> Mapping[str, Vector]:
+    if document is None or tool is None:
+        return {}
+    moving_um = {preview.keypoint: preview.position_um} if preview is not None else {}
+    return {**keypoint_positions_um(document, tool), **moving_um}

@@ -16,6 +16,7 @@ from annotator.session.handles import Handle
 from annotator.session.mistake_search import MistakeSearch
 from annotator.session.options import SessionOptions
 from annotator.session.pose_handles import pose_handles
+from annotator.session.remembered import Remembered
 from annotator.session.solids import Solid, SolidKind
 from annotator.session.state import SessionState
 from annotator.session.view import Mode
@@ -40,8 +41,10 @@ class SessionBody(SessionState):
         super().__init__(options, parent)
         self._fit: ToolFit | None = None
         self._fitted: Annotation | None = None
-        self._settled: ToolPose | None = None
-        self._settled_key: tuple[Annotation, ToolPose | None, Mode] | None = None
+        self._settled: Remembered[ToolPose | None] = Remembered()
+        self._box_handles: Remembered[tuple[Handle, ...]] = Remembered()
+        self._pose_handles: Remembered[tuple[Handle, ...]] = Remembered()
+        self._solids: Remembered[tuple[Solid, ...]] = Remembered()
         self._mistakes = MistakeSearch(self.jobs, self)
         self._mistakes.found.connect(self.mistakes_changed)
         self._mistakes.failed.connect(self._raise_error)
@@ -86,18 +89,8 @@ class SessionBody(SessionState):
 
         In pose mode there is one even where the document says too little for a fit.
         """
-        document, tool, posed, mode = self._document, self.tool, self._view.pose, self._view.mode
-        if document is None or tool is None:
-            return None
-        key = (document, posed, mode)
-        if self._settled_key is None or any(a is not b for a, b in zip(key, self._settled_key, strict=True)):
-            self._settled_key = key
-            if posed is not None and _agrees(document, posed, tool):
-                self._settled = posed
-            else:
-                fit = self._fit if document is self._fitted else fit_document(document, tool, start=posed)
-                self._settled = fit.pose if fit is not None else posed if mode == "pose" else None
-        return self._settled
+        view = self._view
+        return self._settled.result(self._settle_pose, self._document, self.tool, view.pose, view.mode)
 
     @property
     def mistakes(self) -> tuple[Mistake, ...]:
@@ -121,50 +114,36 @@ class SessionBody(SessionState):
 
     def handles(self) -> tuple[Handle, ...]:
         """Return what can be taken hold of now: of the tool in pose mode, of the active box in place mode."""
-        view, tool, box = self._view, self.tool, self.active_box()
-        if tool is None or self._document is None:
+        document, tool, view = self._document, self.tool, self._view
+        if document is None or tool is None or view.mode == "navigate":
             return ()
         if view.mode == "pose":
             pose = self.tool_pose
-            return pose_handles(pose, tool) if pose is not None else ()
-        name = view.active_part
-        if view.mode != "place" or box is None or name is None:
-            return ()
-        part = self._document.part(name)
-        # A box that waits for its second click is drawn, but there is none to be moved yet.
-        if part.locked or part.anchor_um is None:
-            return ()
-        return box_handles(box, tool.link(name).color, free=name in view.free_links)
+            return self._pose_handles.result(pose_handles, pose, tool) if pose is not None else ()
+        return self._box_handles.result(
+            _box_handles, document, self.shown_document, tool, view.active_part, view.free_links
+        )
 
     def solids(self) -> tuple[Solid, ...]:
         """Return the bodies to be drawn: the boxes of the shown document, and the fitted or posed tool."""
         document, tool, view = self.shown_document, self.tool, self._view
         if document is None or tool is None:
             return ()
-        boxes = [
-            Solid(
-                part.link,
-                "box",
-                part.box,
-                is_round=False,
-                color=tool.link(part.link).color,
-                active=part.link == view.active_part,
-                unsure=part.certainty == "unsure",
-            )
-            for part in document.boxes
-            if part.box is not None
-        ]
         # The last pose agrees with an empty document, too, but there it is no fit of anything.
-        wanted = view.mode == "pose" or (
-            "ghost" in view.layers and any(keypoint_positions_um(document, tool))
-        )
+        wanted = view.mode == "pose" or ("ghost" in view.layers and any(self.shown_positions_um()))
         pose = self.tool_pose if wanted else None
         proposal = view.refinement.pose if view.refinement is not None else None
-        return (
-            *boxes,
-            *(_posed(pose, tool, "ghost") if pose is not None else ()),
-            *(_posed(proposal, tool, "proposal") if proposal is not None else ()),
-        )
+        return self._solids.result(_solids, document, tool, view.active_part, pose, proposal)
+
+    def _settle_pose(
+        self, document: Annotation | None, tool: ToolSpecification | None, posed: ToolPose | None, mode: Mode
+    ) -> ToolPose | None:
+        if document is None or tool is None:
+            return None
+        if posed is not None and _agrees(document, posed, tool):
+            return posed
+        fit = self._fit if document is self._fitted else fit_document(document, tool, start=posed)
+        return fit.pose if fit is not None else posed if mode == "pose" else None
 
     def _lying_pose(self, tool: ToolSpecification) -> ToolPose | None:
         """Return the pose of a tool that nobody has placed: at the crosshair, across the light."""
@@ -199,6 +178,50 @@ def _agrees(document: Annotation, pose: ToolPose, tool: ToolSpecification) -> bo
         np.allclose(boxes[link].axes, box.axes, rtol=0, atol=_SAME_AXIS)
         for link, box in document.placed_boxes.items()
         if link in boxes
+    )
+
+
+def _box_handles(
+    document: Annotation,
+    shown: Annotation | None,
+    tool: ToolSpecification,
+    active_part: str | None,
+    free_links: frozenset[str],
+) -> tuple[Handle, ...]:
+    box = shown.placed_boxes.get(active_part or "") if shown is not None else None
+    if box is None or active_part is None:
+        return ()
+    part = document.part(active_part)
+    # A box that waits for its second click is drawn, but there is none to be moved yet.
+    if part.locked or part.anchor_um is None:
+        return ()
+    return box_handles(box, tool.link(active_part).color, free=active_part in free_links)
+
+
+def _solids(
+    document: Annotation,
+    tool: ToolSpecification,
+    active_part: str | None,
+    pose: ToolPose | None,
+    proposal: ToolPose | None,
+) -> tuple[Solid, ...]:
+    boxes = [
+        Solid(
+            part.link,
+            "box",
+            part.box,
+            is_round=False,
+            color=tool.link(part.link).color,
+            active=part.link == active_part,
+            unsure=part.certainty == "unsure",
+        )
+        for part in document.boxes
+        if part.box is not None
+    ]
+    return (
+        *boxes,
+        *(_posed(pose, tool, "ghost") if pose is not None else ()),
+        *(_posed(proposal, tool, "proposal") if proposal is not None else ()),
     )
 
 

@@ -10,7 +10,8 @@ from annotations.fitting.pose_fit import ToolFit
 from annotations.geometry.boxes import Box
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotator.session import Session, tool_body
-from annotator.session.view import Preview
+from annotator.session.pose_handles import moved
+from annotator.session.view import Mode, Preview
 
 POSE = ToolPose((3000.0, 4000.0, 2000.0), (1.0, 0.0, 0.0, 0.0), {"theta1": 40.0, "theta2": 30.0})
 
@@ -154,3 +155,22 @@ def test_what_the_first_fit_needs_is_loaded_beside_everything_else(
     qtbot.waitUntil(lambda: not empty_session.jobs.running)
     assert loaded_in
     assert loaded_in[0] != threading.main_thread().name
+
+
+@pytest.mark.parametrize("mode", ["place", "pose"])
+def test_views_that_draw_one_change_get_the_same_bodies_and_handles(
+    boxes_session: Session, mode: Mode
+) -> None:
+    session = boxes_session
+    session.pose_tool(POSE)
+    session.set_mode(mode)
+    session.activate("link1")
+    first = (session.solids(), session.handles(), session.shown_positions_um())
+    assert all(first)
+    session.look(crosshair_um=(100.0, 200.0, 300.0))
+    again = (session.solids(), session.handles(), session.shown_positions_um())
+    assert all(one is other for one, other in zip(first, again, strict=True))
+    session.pose_tool(moved(POSE, (100.0, 0.0, 0.0)))
+    assert session.solids() != first[0]
+    assert session.handles() != first[1]
+    assert session.shown_positions_um() != first[2]
