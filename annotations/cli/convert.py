@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
                 }
             )
         else:
-            write_text(f"{arguments.output}\n  {derived.method:<11}  {', '.join(placed) or 'none is placed'}")
+            write_text(f"{arguments.output}\n  {derived.method:<11}  {', '.join(placed)}")
 
     return for_each([arguments.file], arguments.json, convert)
 

@@ -18,7 +18,7 @@ from pydantic_core import PydanticCustomError
 
 from annotations import __version__
 from annotations.geometry.boxes import Box
-from annotations.geometry.frames import Vector
+from annotations.geometry.frames import Vector, is_inside
 from annotations.geometry.rotations import Quaternion, quaternion
 from annotations.geometry.tool import Finite, NonNegative, Positive, ToolSpecification
 
@@ -121,6 +121,10 @@ class VolumeReference(Record):
     dtype: str
     spacing_um: tuple[Positive, Positive, Positive]
     fingerprint: str
+
+    def contains(self, position_um: Vector) -> bool:
+        """Say whether a position in µm lies inside the volume."""
+        return is_inside(position_um, self.shape, self.spacing_um)
 
 
 class KeypointAnnotation(Record):

@@ -10,7 +10,7 @@ from annotations.documents.files import DocumentError, completed, load_annotatio
 from annotations.documents.representations import keypoint_positions_um
 from annotations.documents.volume_link import compare, referenced_path
 from annotations.errors import UserError
-from annotations.geometry.frames import Vector, is_inside
+from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolError, ToolSpecification
 from annotations.geometry.tool_library import find_tools
 from annotations.volumes import fingerprint, open_volume
@@ -66,14 +66,14 @@ def check_file(path: Path, tool_folders: Sequence[Path] = ()) -> tuple[Finding, 
 
 def check_annotation(annotation: Annotation, tool: ToolSpecification) -> Iterator[Finding]:
     """Check what a document says, without its volume: what is unfinished, contradictory or implausible."""
-    kind, volume = _kind(annotation), annotation.volume
+    kind = _kind(annotation)
     unplaced = [part.name for part in annotation.parts if part.state == "unplaced"]
     if annotation.status == "done" and unplaced:
         yield Finding(kind, f"it is marked as done, but {', '.join(unplaced)} are unplaced")
     for part in annotation.parts:
         if part.state == "unplaced":
             continue
-        inside = [is_inside(each_um, volume.shape, volume.spacing_um) for each_um in _extent_um(part)]
+        inside = [annotation.volume.contains(each_um) for each_um in _extent_um(part)]
         called = "its position" if kind == "keypoint" else "its box, from end to end,"
         if all(inside) and part.state == "out_of_view":
             yield Finding(kind, f"{part.name} is out of view, but {called} is inside the volume")

@@ -1,5 +1,6 @@
 """From a document of one method to a new one of the other, marked as derived; the original stays as it is."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import get_args
 
@@ -8,7 +9,9 @@ from annotations.documents.annotation import (
     BoxAnnotation,
     Certainty,
     Derivation,
+    KeypointAnnotation,
     Method,
+    Source,
     State,
     changed,
     new_annotation,
@@ -27,7 +30,7 @@ _CERTAINTIES: tuple[Certainty, ...] = ("sure", "unsure")
 
 
 class ConversionRefused(UserError):  # noqa: N818 - named for what happened
-    """A document that is of the wanted method already."""
+    """A document that is of the wanted method already, or of which nothing by that method follows."""
 
 
 def to_keypoints(
@@ -35,8 +38,8 @@ def to_keypoints(
 ) -> Annotation:
     """Return the document of keypoints that follows from one of boxes.
 
-    Each keypoint is the centre of an x face of its box, whose state and certainty it has; its source is
-    ``derived``.
+    Each keypoint is the centre of an x face of its box, and as `keypoints_of` says; its source is
+    ``derived``, or still ``fitted``.
 
     Parameters
     ----------
@@ -46,11 +49,15 @@ def to_keypoints(
     Raises
     ------
     ConversionRefused
-        It is a document of keypoints.
+        It is a document of keypoints, or no box is placed.
     """
     fresh = _begun(document, tool, "keypoints", original, derived)
+    if not document.placed_boxes:
+        raise _nothing_follows("keypoints", original, "Place a box first")
     keypoints = tuple(
-        keypoint if keypoint.state == "unplaced" else changed(keypoint, source="derived", locked=False)
+        keypoint
+        if keypoint.state == "unplaced"
+        else changed(keypoint, source=_derived_source([keypoint]), locked=False)
         for keypoint in keypoints_of(document, tool)
     )
     return changed(fresh, keypoints=keypoints)
@@ -66,8 +73,8 @@ def to_boxes(
 ) -> Annotation:
     """Return the document of boxes that follows from one of keypoints, by `boxes_from_keypoints`.
 
-    A box has the worse state and certainty of its two keypoints, and the source ``derived``. Keypoints that
-    end no box (`keypoints_without_box`) are not in the new document.
+    A box has the worse state and certainty of its two keypoints, and the source ``derived``, or ``fitted``
+    where one of them is. Keypoints that end no box (`keypoints_without_box`) are not in the new document.
 
     Parameters
     ----------
@@ -79,12 +86,14 @@ def to_boxes(
     Raises
     ------
     ConversionRefused
-        It is a document of boxes.
+        It is a document of boxes, or no link has both of its keypoints placed.
     RollUnknown
         No roll is given, and the keypoints do not show it.
     """
     fresh = _begun(document, tool, "boxes", original, derived, roll_deg)
     boxes = boxes_from_keypoints(document.positions_um, tool, roll_deg=roll_deg)
+    if not boxes:
+        raise _nothing_follows("boxes", original, "Place both keypoints of a link first")
     parts = tuple(
         _derived_box(document, tool.link(part.link), boxes[part.link]) if part.link in boxes else part
         for part in fresh.boxes
@@ -128,6 +137,15 @@ def _begun(
     return changed(fresh, derived_from=origin)
 
 
+def _nothing_follows(method: Method, original: Path, remedy: str) -> ConversionRefused:
+    return ConversionRefused(f"no {method} follow from what is placed", where=original, remedy=remedy)
+
+
+def _derived_source(origins: Iterable[KeypointAnnotation]) -> Source:
+    """Return the source of what follows from keypoints: what nobody has seen stays known as that."""
+    return "fitted" if any(origin.source == "fitted" for origin in origins) else "derived"
+
+
 def _derived_box(document: Annotation, link: Link, box: Box) -> BoxAnnotation:
     ends = [document.keypoint(name) for name in (link.base, link.tip)]
     return BoxAnnotation(
@@ -137,5 +155,5 @@ def _derived_box(document: Annotation, link: Link, box: Box) -> BoxAnnotation:
         size_um=box.size_um,
         rotation_wxyz=box.rotation_wxyz,
         certainty=max((end.certainty for end in ends), key=_CERTAINTIES.index),
-        source="derived",
+        source=_derived_source(ends),
     )

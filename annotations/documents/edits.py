@@ -22,7 +22,7 @@ from annotations.documents.annotation import (
 )
 from annotations.errors import UserError, first_problem
 from annotations.geometry.boxes import Box
-from annotations.geometry.frames import Vector, is_inside
+from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotations.geometry.tool import ToolSpecification
 
@@ -39,20 +39,19 @@ def place_keypoint(document: Annotation, name: str, position_um: Vector, source:
     keypoint = _unlocked(document, name)
     if not isinstance(keypoint, KeypointAnnotation):
         raise EditRefused(f"{name} is a box in this document, not a keypoint")
-    is_new = keypoint.state == "unplaced" or keypoint.source == "fitted"
-    state = "placed" if is_new else keypoint.state
+    state = "placed" if _is_unjudged(keypoint) else keypoint.state
     return _with_part(document, keypoint, state=state, position_um=position_um, source=source)
 
 
 def place_box(document: Annotation, link: str, box: Box, source: Source) -> Annotation:
-    """Give a link a box; an unplaced one becomes ``placed``, others keep their state."""
+    """Give a link a box; an unplaced or a fitted one becomes ``placed``, others keep their state."""
     part = _unlocked(document, link)
     if not isinstance(part, BoxAnnotation):
         raise EditRefused(f"{link} is a keypoint in this document, not a box")
     return _with_part(
         document,
         part,
-        state="placed" if part.state == "unplaced" else part.state,
+        state="placed" if _is_unjudged(part) else part.state,
         center_um=box.center_um,
         size_um=box.size_um,
         rotation_wxyz=box.rotation_wxyz,
@@ -88,7 +87,7 @@ def pose_tool(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> 
                 continue
             where_um = positions_um[part.name]
             fields["position_um"] = where_um
-        if part.state == "unplaced" or part.source == "fitted":
+        if _is_unjudged(part):
             fields["state"] = _state_at(document, where_um, "placed")
         document = _with_part(document, part, **fields)
     return document
@@ -112,12 +111,14 @@ def fill_in(document: Annotation, fitted_um: Mapping[str, Vector]) -> Annotation
 def refine(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Annotation:
     """Move what is placed to where a pose that was polished against the volume has it (``refined``).
 
-    Unplaced and locked parts stay as they are, and so does how each is seen.
+    Unplaced and locked parts stay as they are, and so does how each is seen; what was filled in from a fit
+    moves along, and is ``fitted`` still.
     """
     positions_um, boxes = keypoints_um(pose, tool), link_boxes(pose, tool)
     for part in document.parts:
         if part.state == "unplaced" or part.locked:
             continue
+        source: Source = "fitted" if part.source == "fitted" else "refined"
         if isinstance(part, BoxAnnotation):
             if part.link in boxes:
                 box = boxes[part.link]
@@ -126,10 +127,10 @@ def refine(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Ann
                     part,
                     center_um=box.center_um,
                     rotation_wxyz=box.rotation_wxyz,
-                    source="refined",
+                    source=source,
                 )
         elif part.name in positions_um:
-            document = _with_part(document, part, position_um=positions_um[part.name], source="refined")
+            document = _with_part(document, part, position_um=positions_um[part.name], source=source)
     return document
 
 
@@ -201,9 +202,13 @@ def set_status(document: Annotation, status: Status) -> Annotation:
     return document if document.status == status else changed(document, status=status)
 
 
+def _is_unjudged(part: Part) -> bool:
+    """Say whether no person has said yet where a part is."""
+    return part.state == "unplaced" or part.source == "fitted"
+
+
 def _state_at(document: Annotation, position_um: Vector, inside: State) -> State:
-    volume = document.volume
-    return inside if is_inside(position_um, volume.shape, volume.spacing_um) else "out_of_view"
+    return inside if document.volume.contains(position_um) else "out_of_view"
 
 
 def _called(part: Part) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from annotations.documents.annotation import Annotation, KeypointAnnotation
+from annotations.documents.annotation import Annotation, KeypointAnnotation, State
 from annotations.geometry.boxes import box_keypoints_um, hinge_axes
 from annotations.geometry.frames import Vector
 from annotations.geometry.targets import PoseTargets, pose_targets
@@ -12,8 +12,9 @@ from annotations.geometry.tool import ToolSpecification
 def keypoints_of(document: Annotation, tool: ToolSpecification) -> tuple[KeypointAnnotation, ...]:
     """Return the keypoints of a document of either method, in the tool's order.
 
-    Those of a document of boxes are the centres of the boxes' x faces, and have the state, certainty and
-    source of their box; a keypoint that ends no placed box is unplaced.
+    Those of a document of boxes are the centres of the boxes' x faces, and have certainty, source and state
+    of their box; a keypoint that ends no placed box is unplaced. A box may lie partly outside the volume: an
+    end there is ``out_of_view``, and one inside, of a box that is out of view, is ``occluded``.
     """
     if document.method == "keypoints":
         return document.keypoints
@@ -28,7 +29,7 @@ def keypoints_of(document: Annotation, tool: ToolSpecification) -> tuple[Keypoin
     return tuple(
         KeypointAnnotation(
             name=name,
-            state=owner[name].state,
+            state=_state_at(document, positions_um[name], owner[name].state),
             position_um=positions_um[name],
             certainty=owner[name].certainty,
             source=owner[name].source,
@@ -38,6 +39,13 @@ def keypoints_of(document: Annotation, tool: ToolSpecification) -> tuple[Keypoin
         else KeypointAnnotation(name=name)
         for name in tool.keypoint_names
     )
+
+
+def _state_at(document: Annotation, end_um: Vector, state: State) -> State:
+    """Return how the end of a box is seen that is itself seen in some way."""
+    if not document.volume.contains(end_um):
+        return "out_of_view"
+    return "occluded" if state == "out_of_view" else state
 
 
 def keypoint_positions_um(document: Annotation, tool: ToolSpecification) -> Mapping[str, Vector]:

@@ -62,7 +62,9 @@ def write_derived(
     Raises
     ------
     DocumentError
-        There is one of that method already, which is untouched; or nothing of that method would follow.
+        There is one of that method already, which is untouched.
+    ConversionRefused
+        Nothing of that method would follow.
     RollUnknown
         The keypoints do not show the boxes' roll, and none is given.
     SaveError
@@ -79,12 +81,6 @@ def write_derived(
         derived = to_boxes(document, tool, original=original, derived=path, roll_deg=roll_deg)
     else:
         derived = to_keypoints(document, tool, original=original, derived=path)
-    if all(part.anchor_um is None for part in derived.parts):
-        raise DocumentError(
-            f"no {method} follow from what is placed",
-            where=original,
-            remedy="Place both keypoints of a link first" if method == "boxes" else "Place a box first",
-        )
     save_annotation(derived, path, expected="")
     left_out = keypoints_without_box(document, derived, tool) if method == "boxes" else []
     return Derived(path, tuple(left_out))

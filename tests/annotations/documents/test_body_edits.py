@@ -158,3 +158,20 @@ def test_refining_moves_what_is_placed_and_not_locked(
         after = refined.keypoint(name)
         assert (after.state, after.source) == (said.keypoint(name).state, "refined")
         assert after.position_um == keypoints_um(moved, forceps)[name]
+
+
+def test_refining_makes_no_observation_of_what_was_filled_in(
+    by_keypoints: Annotation, forceps: ToolSpecification, pose: ToolPose
+) -> None:
+    filled = fill_in(clear(by_keypoints, "k5"), {"k5": HERE_UM})
+    after = refine(filled, forceps, pose).keypoint("k5")
+    assert (after.state, after.source) == ("occluded", "fitted")
+    assert after.position_um == keypoints_um(pose, forceps)["k5"]
+
+
+def test_a_fitted_box_is_placed_once_a_person_places_it(by_boxes: Annotation) -> None:
+    part = changed(by_boxes.part("link1"), state="occluded", source="fitted")
+    fitted = changed(by_boxes, boxes=(by_boxes.boxes[0], part, by_boxes.boxes[2]))
+    with pytest.raises(EditRefused, match="the box of link1 was filled in from the fit"):
+        set_state(fitted, "link1", "placed")
+    assert place_box(fitted, "link1", BOX, "dragged").part("link1").state == "placed"

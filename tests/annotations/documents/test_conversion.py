@@ -1,9 +1,18 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from annotations.documents.annotation import Annotation, Certainty, Derivation, State, changed
+from annotations.documents.annotation import (
+    Annotation,
+    Certainty,
+    Derivation,
+    State,
+    changed,
+    with_all_parts,
+)
+from annotations.documents.checks import check_annotation
 from annotations.documents.conversion import (
     ConversionRefused,
     keypoints_without_box,
@@ -11,9 +20,19 @@ from annotations.documents.conversion import (
     to_boxes,
     to_keypoints,
 )
-from annotations.documents.edits import clear, fill_in, lock, set_certainty, set_state, set_status
+from annotations.documents.edits import (
+    clear,
+    fill_in,
+    lock,
+    place_box,
+    place_keypoint,
+    set_certainty,
+    set_state,
+    set_status,
+)
 from annotations.documents.files import annotation_bytes, load_annotation, parse_annotation, save_annotation
 from annotations.documents.representations import document_targets
+from annotations.fitting.evidence import document_points
 from annotations.geometry.box_conversion import RollUnknown
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.rotations import yaw_pitch_roll_deg
@@ -139,7 +158,27 @@ def test_what_nobody_has_seen_is_not_placed_in_the_other_method_either(
     by_keypoints: Annotation, forceps: ToolSpecification
 ) -> None:
     filled = fill_in(clear(by_keypoints, "k5"), {"k5": by_keypoints.positions_um["k5"]})
-    assert boxes_of(filled, forceps).part("link2").state == "occluded"
+    derived = boxes_of(filled, forceps)
+    assert (derived.part("link2").state, derived.part("link2").source) == ("occluded", "fitted")
+    assert derived.part("link1").source == "derived"
+    assert [point.link for point in document_points(derived, forceps)] == ["link0"] * 3 + ["link1"] * 3
+    back = keypoints_from(derived, forceps)
+    assert [keypoint.source for keypoint in back.keypoints] == ["derived"] * 4 + ["fitted"] * 2
+
+
+def test_the_ends_of_a_box_that_is_partly_in_view_are_seen_as_they_lie(
+    by_boxes: Annotation, forceps: ToolSpecification
+) -> None:
+    box = by_boxes.placed_boxes["link2"]
+    partly = place_box(by_boxes, "link2", replace(box, center_um=(0.0, 8000.0, 6000.0)), "dragged")
+    ends = [partly.placed_boxes["link2"].base_um, partly.placed_boxes["link2"].tip_um]
+    inside = [end_um[0] >= 0 for end_um in ends]
+    assert sorted(inside) == [False, True]
+    for state, seen in (("placed", "placed"), ("occluded", "occluded"), ("out_of_view", "occluded")):
+        derived = keypoints_from(set_state(partly, "link2", state), forceps)
+        expected = [seen if is_in else "out_of_view" for is_in in inside]
+        assert [derived.part(name).state for name in ("k4", "k5")] == expected
+        assert [finding for finding in check_annotation(derived, forceps) if finding.kind != "link"] == []
 
 
 def test_a_keypoint_without_the_other_end_is_told(
@@ -168,13 +207,23 @@ def test_no_roll_is_invented(by_keypoints: Annotation, forceps: ToolSpecificatio
         boxes_of(by_keypoints, forceps)
 
 
-def test_an_empty_document_becomes_an_empty_one(document: Annotation, forceps: ToolSpecification) -> None:
-    assert {part.state for part in boxes_of(document, forceps).boxes} == {"unplaced"}
+def test_of_nothing_nothing_follows(
+    document: Annotation, by_keypoints: Annotation, by_boxes: Annotation, forceps: ToolSpecification
+) -> None:
+    apart = clear(clear(clear(by_keypoints, "k0"), "k3"), "k4")
+    for nothing in (document, apart):
+        with pytest.raises(ConversionRefused, match="no boxes follow"):
+            boxes_of(nothing, forceps, 10.0)
+    with pytest.raises(ConversionRefused, match="no keypoints follow"):
+        keypoints_from(changed(by_boxes, boxes=()), forceps)
 
 
 def test_a_tool_that_does_not_ship_travels_on(document: Annotation, probe: ToolSpecification) -> None:
-    own = changed(document, tool="probe", tool_fingerprint=probe.fingerprint, tool_copy=probe, keypoints=())
-    assert boxes_of(own, probe).tool_copy == probe
+    bare = changed(document, tool="probe", tool_fingerprint=probe.fingerprint, tool_copy=probe, keypoints=())
+    own = with_all_parts(bare, probe)
+    for name in probe.keypoint_names:
+        own = place_keypoint(own, name, (100.0 * len(name), 0.0, 0.0), "clicked")
+    assert boxes_of(own, probe, 0.0).tool_copy == probe
 
 
 def test_a_derived_document_survives_its_file(
