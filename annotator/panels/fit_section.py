@@ -89,16 +89,17 @@ class FitSection(QWidget):
         unplaced = (
             [] if document is None else [key.name for key in document.keypoints if key.state == "unplaced"]
         )
+        told = [name for name in unplaced if name in self._session.told_keypoints_um]
         self._fill_in.setVisible(by_keypoints)
-        self._fill_in.setEnabled(has_fit and bool(unplaced))
+        self._fill_in.setEnabled(bool(told))
         if not unplaced:
             why = "Every keypoint has a position"
         elif not has_fit:
             why = "There is no fit yet"
+        elif not told:
+            why = f"What is placed does not tell where {', '.join(unplaced)} would be"
         else:
-            why = (
-                f"Give {', '.join(unplaced)} the fit's position, as occluded or out of view, never as placed"
-            )
+            why = f"Give {', '.join(told)} the fit's position, as occluded or out of view, never as placed"
         self._fill_in.setToolTip(why)
 
     @Slot()

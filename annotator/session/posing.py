@@ -1,6 +1,6 @@
 """The session's editing of the tool as one body: pose mode, filling in from the fit, refining."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,7 @@ from annotations.documents import edits
 from annotations.documents.annotation import Source
 from annotations.documents.edits import EditRefused
 from annotations.errors import UserError
+from annotations.fitting.told_keypoints import told_keypoints_um
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotator.session.box_editing import SessionBoxes
@@ -130,8 +131,14 @@ class SessionPosing(SessionBoxes):
 
     # From the fit
 
+    @property
+    def told_keypoints_um(self) -> Mapping[str, Vector]:
+        """Positions in µm of the keypoints that the fit tells, by name; see `annotations.fitting`."""
+        fit, tool = self.tool_fit, self.tool
+        return {} if fit is None or tool is None else told_keypoints_um(fit, tool)
+
     def fill_in(self) -> None:
-        """Give the keypoints that nobody can see the positions of the fit."""
+        """Give the keypoints that nobody can see the positions of the fit, where what is seen tells them."""
         fit, document = self.tool_fit, self._document
         if document is None:
             return
@@ -140,10 +147,15 @@ class SessionPosing(SessionBoxes):
         elif fit is None:
             self.message_posted.emit("Too few keypoints are placed for a fit of the tool")
         else:
-            before = self._document
-            self._edit("Fill in from the fit", lambda present: edits.fill_in(present, fit.keypoints_um))
-            if self._document is before:
-                self.message_posted.emit("Nothing to fill in: every keypoint has been placed by you")
+            told_um = self.told_keypoints_um
+            self._edit("Fill in from the fit", lambda present: edits.fill_in(present, told_um))
+            if self._document is document:
+                untold = [part.name for part in document.parts if part.state == "unplaced"]
+                self.message_posted.emit(
+                    f"What is placed does not tell where {' and '.join(untold)} would be"
+                    if untold
+                    else "Nothing to fill in: every keypoint has been placed by you"
+                )
 
     # Against the volume
 

@@ -116,13 +116,13 @@ def test_an_unsure_keypoint_is_excused(session: Session, model: KeypointsModel) 
 
 def test_what_was_filled_in_looks_unlike_what_was_seen(session: Session, model: KeypointsModel) -> None:
     place_bent_tool(session)
-    session.clear("k5")
+    session.clear("k4")
     session.fill_in()
-    assert text(model, 5, Column.SOURCE) == "fitted"
-    assert text(model, 5, Column.RESIDUAL) == "—", "it is no evidence"
+    assert text(model, 4, Column.SOURCE) == "fitted"
+    assert text(model, 4, Column.RESIDUAL) == "—", "it is no evidence"
     for column in (Column.X, Column.SOURCE):
-        assert model.index(5, column).data(ROLE.FontRole).italic()
-    assert model.index(4, Column.X).data(ROLE.FontRole) is None
+        assert model.index(4, column).data(ROLE.FontRole).italic()
+    assert model.index(5, Column.X).data(ROLE.FontRole) is None
 
 
 def test_a_preview_is_shown_and_dropped(session: Session, model: KeypointsModel) -> None:

@@ -353,6 +353,17 @@ def test_unseen_keypoints_are_filled_in_and_never_as_placed(session: Session, me
     assert "Nothing to fill in" in messages[-1]
 
 
+def test_what_nothing_seen_tells_is_not_filled_in(session: Session, messages: list[str]) -> None:
+    assert session.tool is not None
+    for name, position_um in keypoints_um(POSE, session.tool).items():
+        if name not in ("k4", "k5"):
+            session.place(position_um, keypoint=name)
+    before = session.document
+    session.fill_in()
+    assert session.document is before
+    assert messages[-1] == "What is placed does not tell where k4 and k5 would be"
+
+
 def test_boxes_are_not_filled_in(qtbot: QtBot, boxes_session: Session) -> None:
     with qtbot.waitSignal(boxes_session.message_posted) as said:
         boxes_session.fill_in()
