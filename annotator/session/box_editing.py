@@ -1,11 +1,12 @@
 """The session's editing of boxes: two clicks place one; handles, keys and numbers change it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from annotations.documents import edits
-from annotations.documents.annotation import BoxAnnotation, Source
+from annotations.documents.annotation import Annotation, BoxAnnotation, Source
 from annotations.documents.edits import EditRefused
 from annotations.geometry.boxes import Box, box_between
 from annotations.geometry.frames import Vector, vector
@@ -92,16 +93,15 @@ class SessionBoxes(SessionEditing):
         if draft is not None:
             was_begun = self._view.first_end_um is not None
             self.look(pose=draft.pose or self._view.pose)
-            self._edit(draft.text, lambda _document: draft.document)
+            super()._edit(draft.text, lambda _document: draft.document)
             self.look(draft=None, first_end_um=None)
             if was_begun and (following := self._next_unplaced()) is not None:
                 self.activate(following)
 
     def settle_typing(self) -> None:
-        """Put what is being typed into the document: who saves or leaves meant it."""
+        """Put what is being typed into the document: who saves, leaves or goes on meant it."""
         super().settle_typing()
-        if self._view.draft is not None and self._view.draft.is_typed:
-            self.keep_draft()
+        self._keep_typed_draft()
 
     # Keys and numbers
 
@@ -237,12 +237,22 @@ class SessionBoxes(SessionEditing):
             self.message_posted.emit(_LOCKED_SECTION.format(link))
         return bool(may)
 
+    def _edit(self, text: str, edit: Callable[[Annotation], Annotation]) -> bool:
+        """Make one pure edit, after what is being typed: another edit would drop a draft."""
+        self._keep_typed_draft()
+        return super()._edit(text, edit)
+
+    def _keep_typed_draft(self) -> None:
+        if self._view.draft is not None and self._view.draft.is_typed:
+            self.keep_draft()
+
     def _active_part(self) -> BoxAnnotation | None:
         document, name = self._document, self._view.active_part
         return next((box for box in document.boxes if box.link == name), None) if document else None
 
     def _changeable_box(self) -> BoxAnnotation | None:
-        """Return the active box if it can be changed; else say why not."""
+        """Return the active box, as typed, if it can be changed; else say why not."""
+        self._keep_typed_draft()
         part = self._active_part()
         if part is None or part.box is None:
             self.message_posted.emit("Choose a box that is placed")

@@ -37,6 +37,8 @@ class SessionEditing(SessionBody):
 
         In a document of boxes the name of a keypoint stands for the link that it ends.
         """
+        if name != self._view.active_part:
+            self.settle_typing()
         document, tool = self._document, self.tool
         position_um = self.shown_anchor_um(name or "")
         if document is not None and tool is not None and name is not None and document.method == "boxes":
@@ -61,7 +63,18 @@ class SessionEditing(SessionBody):
 
     def set_mode(self, mode: Mode) -> None:
         """Say whether clicks place parts, or handles move the tool as a whole, or neither."""
+        self.settle_typing()
         self.look(mode=mode, preview=None, draft=None, first_end_um=None)
+
+    def undo(self) -> None:
+        """Take the last edit back; what is being typed is the last one."""
+        self.settle_typing()
+        self.undo_stack.undo()
+
+    def redo(self) -> None:
+        """Make the edit again that was taken back last, unless something else has been typed since."""
+        self.settle_typing()
+        self.undo_stack.redo()
 
     def auto_window(self) -> None:
         """Use the window that suits what the volume holds."""
@@ -105,7 +118,7 @@ class SessionEditing(SessionBody):
             self.place(preview.position_um, preview.source, preview.keypoint)
 
     def settle_typing(self) -> None:
-        """Put a position that is being typed into the document: who saves or leaves meant it."""
+        """Put a position that is being typed into the document: who saves, leaves or goes on meant it."""
         preview = self._view.preview
         if preview is not None and preview.source == "typed":
             self.type_position(preview.keypoint, preview.position_um)

@@ -223,6 +223,7 @@ class SessionPosing(SessionBoxes):
             self.jobs.cancel(job)
 
     def _pose_by(self, change: Callable[[ToolPose], ToolPose]) -> None:
+        self.settle_typing()
         pose = self.settled_pose
         if self._view.mode != "pose" or pose is None:
             self.message_posted.emit("In pose mode (B) the keys move the tool as a whole")

@@ -48,6 +48,7 @@ class SessionSaving(SessionCalibrating):
         return not self.unsaved or self.save()
 
     def _save(self, *, overwrite: bool, path: Path | None) -> bool:
+        self.settle_typing()
         try:
             self._write(overwrite=overwrite, path=path)
         except ChangedOnDisk as error:
@@ -59,7 +60,6 @@ class SessionSaving(SessionCalibrating):
         return True
 
     def _write(self, *, overwrite: bool, path: Path | None) -> None:
-        self.settle_typing()
         if self._document is None or self._file is None:
             return
         self._file.save(self._document, overwrite=overwrite, path=path)
@@ -81,6 +81,7 @@ class SessionSaving(SessionCalibrating):
         if not self.unsaved:
             return
         try:
+            # Without what is being typed: a person may pause in the middle of a number.
             self._write(overwrite=False, path=None)
         except ChangedOnDisk as error:
             self.overwrite_requested.emit(str(error))

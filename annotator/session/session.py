@@ -118,8 +118,10 @@ class Session(SessionSaving):
 
         ``roll_requested`` comes where the keypoints do not show the roll of the boxes: answer with the roll.
         """
+        if not self._is_saved():
+            return
         document, tool, original = self._document, self.tool, self.annotation_path
-        if document is None or tool is None or original is None or not self._is_saved():
+        if document is None or tool is None or original is None:
             return
         method: Method = "boxes" if document.method == "keypoints" else "keypoints"
         if method not in self._worklist.methods:

@@ -65,8 +65,8 @@ class AnnotateHandlers:
             | self._turns()
             | self._resizes()
             | {
-                "undo": session.undo_stack.undo,
-                "redo": session.undo_stack.redo,
+                "undo": session.undo,
+                "redo": session.redo,
                 "choose_tool": self._choose_tool,
                 "navigate_mode": self._navigate,
                 "place_mode": lambda: session.set_mode("place"),
