@@ -20,16 +20,18 @@ def angle_deg(first: ArrayLike, second: ArrayLike) -> float:
 
 
 def signed_angle_deg(first: ArrayLike, second: ArrayLike, hinge_axis: ArrayLike) -> float:
-    """Return the angle from one vector to another about a hinge axis, in [−180, 180] degrees.
+    """Return the angle from one vector to another as seen along a hinge axis, in [−180, 180] degrees.
 
-    atan2((a × b) · h, a · b) with the hinge axis h as a unit vector; all of shape (3,). For vectors that are
-    perpendicular to h this is the rotation about it; NaN where a length is zero.
+    atan2((a × b) · h, a · b − (a · h)(b · h)) with the hinge axis h as a unit vector; all of shape (3,). It
+    is the rotation about h that brings a to b, where one does, and for a hinge across one of them
+    atan2((a × b) · h, a · b). NaN where a length is zero.
     """
     a, b, hinge = scaled(first), scaled(second), scaled(hinge_axis)
     if a is None or b is None or hinge is None:
         return math.nan
-    sine = float(np.dot(np.cross(a, b), hinge)) / math.hypot(*hinge)
-    return math.degrees(math.atan2(sine, float(np.dot(a, b))))
+    axis = hinge / math.hypot(*hinge)
+    cosine = float(np.dot(a, b) - np.dot(a, axis) * np.dot(b, axis))
+    return math.degrees(math.atan2(float(np.dot(np.cross(a, b), axis)), cosine))
 
 
 def scaled(values: ArrayLike) -> NDArray[np.float64] | None:

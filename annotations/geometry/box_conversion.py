@@ -310,9 +310,7 @@ def _beyond_limits_deg(
     beyond = []
     for hinge in hinges:
         turned = axes[hinge.parent].T @ directions[hinge.child].along
-        straight = np.array([1.0, 0.0, 0.0])
-        before, after = (each - (each @ hinge.axis) * hinge.axis for each in (straight, turned))
-        turn_deg = signed_angle_deg(before, after, hinge.axis)
+        turn_deg = signed_angle_deg((1.0, 0.0, 0.0), turned, hinge.axis)
         low, high = hinge.limits_deg
         # Limits that add up over a link may pass the half turn.
         turns = (turn_deg - 360.0, turn_deg, turn_deg + 360.0)

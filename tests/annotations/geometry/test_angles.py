@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from annotations.geometry.angles import angle_deg, signed_angle_deg
 from annotations.geometry.frames import um_to_voxel
+from annotations.geometry.rotations import about_axis, matrix
 
 SPACING_UM = (15.9, 13.5, 9.4)
 
@@ -72,6 +73,15 @@ def test_a_signed_angle_is_the_rotation_about_the_hinge(turn_deg: float) -> None
     assert signed_angle_deg((1, 0, 0), turned, (0, 1, 0)) == pytest.approx(turn_deg, abs=1e-12)
     assert signed_angle_deg((1, 0, 0), turned, (0, -1, 0)) == pytest.approx(-turn_deg, abs=1e-12)
     assert angle_deg((1, 0, 0), turned) == pytest.approx(abs(turn_deg), abs=1e-12)
+
+
+@given(first=directions, hinge=directions, turn_deg=st.floats(-179.0, 179.0))
+def test_a_hinge_may_stand_at_any_angle_to_what_it_turns(
+    first: np.ndarray, hinge: np.ndarray, turn_deg: float
+) -> None:
+    assume(10 < angle_deg(first, hinge) < 170)
+    turned = matrix(about_axis(hinge, turn_deg)) @ first
+    assert signed_angle_deg(first, turned, hinge) == pytest.approx(turn_deg, abs=1e-9)
 
 
 @pytest.mark.parametrize("length", [1e-200, 0.1, 7.0, 1e200])
