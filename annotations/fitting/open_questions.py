@@ -1,5 +1,6 @@
 """What the data leave open about a pose, in words: nothing of it is invented, and nothing is passed over."""
 
+import math
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from typing import Literal
@@ -75,13 +76,18 @@ def _rival(
     joints: Iterable[Joint], angles_deg: Mapping[str, float], others_deg: Mapping[str, float]
 ) -> Iterable[OpenQuestion]:
     pairs = [(joint.name, angles_deg[joint.name], others_deg[joint.name]) for joint in joints]
-    shown = [pair for pair in pairs if abs(pair[1] - pair[2]) > _SHOWN_DEG]
+    shown = [pair for pair in pairs if _apart_deg(pair) > _SHOWN_DEG]
     if not shown:
         return [OpenQuestion("direction", "", "Another pose, turned as a whole, fits the data as well.")]
     # The sense of the bend is the question where the greatest change is one of sign.
-    name, angle_deg, other_deg = max(shown, key=lambda pair: abs(pair[1] - pair[2]))
+    name, angle_deg, other_deg = max(shown, key=_apart_deg)
     told = " and ".join(f"{name} = {first:+.0f}° or {second:+.0f}°" for name, first, second in shown)
     if angle_deg * other_deg < 0:
         text = f"The data fit two senses of the hinge alike: {told}."
         return [OpenQuestion("sense", name, text)]
     return [OpenQuestion("angle", name, f"The data fit two poses alike: {told}.")]
+
+
+def _apart_deg(pair: tuple[str, float, float]) -> float:
+    """Return how far apart two angles in degrees are, which a name precedes; a full turn is none."""
+    return abs(math.remainder(pair[1] - pair[2], 360.0))

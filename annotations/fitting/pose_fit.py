@@ -230,6 +230,8 @@ class _Determined:
         """Say of roll, tilt about y and z, and angles, whether they differ by more than noise."""
         joints = list(self.joints)
         bends_deg = np.degrees(first.angles_rad - second.angles_rad)[joints]
+        # Of a joint that turns all the way round, both limits are one place.
+        bends_deg -= 360 * np.round(bends_deg / 360)
         turn = first.axes.T @ second.axes
         # The turn as a roll about own x, and then the shortest turn of x.
         roll_deg = np.degrees(np.arctan2(turn[2, 1] - turn[1, 2], turn[1, 1] + turn[2, 2]))

@@ -9,6 +9,7 @@ from scipy.stats import chi2, kstest
 
 from annotations.documents.annotation import Annotation
 from annotations.fitting.evidence import BodyPoint
+from annotations.fitting.mistakes import likely_mistakes
 from annotations.fitting.pose_fit import ToolFit, fit_document, fit_points
 from annotations.geometry import rotations
 from annotations.geometry.boxes import Box
@@ -337,6 +338,21 @@ def test_the_start_decides_between_equals(forceps: ToolSpecification, keypoint_d
         assert fit.pose.angles_deg["theta1"] == pytest.approx(theta1, abs=1e-3)
         (other,) = fit.alternatives
         assert other.angles_deg["theta1"] == pytest.approx(-theta1, abs=1e-3)
+
+
+def test_both_ends_of_a_whole_turn_are_one_pose(
+    forceps: ToolSpecification, noisy: See, keypoint_document: Write
+) -> None:
+    fields = forceps.model_dump(mode="json")
+    fields["joints"] = [fields["joints"][0] | {"limits_deg": [-180.0, 180.0]}]
+    fields["links"], fields["targets"]["angles"] = fields["links"][:2], []
+    folding = ToolSpecification.model_validate(fields)
+    rng = np.random.default_rng(15)
+    for angle_deg in (180.0, -179.8, 179.9):
+        pose = ToolPose((7000.0, 8000.0, 3000.0), STRAIGHT, {"theta1": angle_deg})
+        document = keypoint_document(folding, noisy(pose, folding, rng))
+        assert kinds(fit_document(document, folding)) == [("roll", "")]
+        assert likely_mistakes(document, folding) == ()
 
 
 def test_a_tool_without_links_has_no_pose() -> None:
