@@ -12,6 +12,7 @@ from annotator.session import Session
 
 _FEWEST_POSITIONS = 3
 _TOO_FEW = f"From {_FEWEST_POSITIONS} positions on it is checked whether they go together."
+_SOUND = "Nothing implausible."
 _LOOKING = "Looking whether the positions go together…"
 _EVERY_ORDER = "Try every way in which keypoints may have been interchanged, not only two at a time: slower"
 
@@ -50,9 +51,11 @@ class MistakesSection(QWidget):
         if self._session.is_searching_mistakes:
             return
         heading, readings = mistake_readings(self._session.mistakes, tool, document.method)
-        verdict = "Nothing implausible." if has_enough else _TOO_FEW
+        has_looked = self._session.has_looked_for_mistakes
+        verdict = _TOO_FEW if not has_enough else _SOUND if has_looked else _LOOKING
         self._verdict.setText(heading if readings else verdict)
-        self._verdict.set_color(None if readings or has_enough else lambda colors: colors.muted)
+        is_told = bool(readings) or verdict == _SOUND
+        self._verdict.set_color(None if is_told else lambda colors: colors.muted)
         self._verdict.setVisible(bool(heading) or not readings)
         self._show_rows(readings)
 
@@ -85,7 +88,8 @@ class MistakesSection(QWidget):
     def _on_row_correction_requested(self, mistake: Mistake) -> None:
         session, tool = self._session, self._session.tool
         by_boxes = session.document is not None and session.document.method == "boxes"
-        if tool is None:
+        if tool is None or not session.has_looked_for_mistakes:
+            # It was put right by the click before, or the volume is another one by now.
             return
         if mistake.kind == "turned_over":
             session.activate(mistake.parts[0], jump=True)

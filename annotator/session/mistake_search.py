@@ -29,6 +29,7 @@ class MistakeSearch(QObject):
         self._jobs = jobs
         self._job: Job | None = None
         self._mistakes: tuple[Mistake, ...] = ()
+        self._looked_at: Annotation | None = None
         self._wanted: tuple[Annotation, ToolSpecification, bool] | None = None
         self._pause = QTimer(self)
         self._pause.setSingleShot(True)
@@ -39,6 +40,11 @@ class MistakeSearch(QObject):
     def mistakes(self) -> tuple[Mistake, ...]:
         """What was found last."""
         return self._mistakes
+
+    @property
+    def looked_at(self) -> Annotation | None:
+        """The document in which that was found."""
+        return self._looked_at
 
     @property
     def is_running(self) -> bool:
@@ -54,9 +60,9 @@ class MistakeSearch(QObject):
         self._pause.start()
 
     def clear(self) -> None:
-        """Forget what was found: nothing is open."""
+        """Forget what was found: another volume is open, or none."""
         self._cancel()
-        self._take(())
+        self._take((), None)
 
     def _cancel(self) -> None:
         self._pause.stop()
@@ -65,9 +71,9 @@ class MistakeSearch(QObject):
             self._jobs.cancel(self._job)
         self._job = None
 
-    def _take(self, mistakes: tuple[Mistake, ...]) -> None:
+    def _take(self, mistakes: tuple[Mistake, ...], document: Annotation | None) -> None:
         self._job = self._wanted = None
-        self._mistakes = mistakes
+        self._mistakes, self._looked_at = mistakes, document
         self.found.emit()
 
     def _on_pause_timeout(self) -> None:
@@ -79,7 +85,7 @@ class MistakeSearch(QObject):
             lambda _progress, cancelled: likely_mistakes(
                 document, tool, every_relabelling=thorough, cancelled=cancelled
             ),
-            done=self._take,
+            done=lambda mistakes: self._take(mistakes, document),
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
             shown=thorough,

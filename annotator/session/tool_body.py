@@ -48,6 +48,7 @@ class SessionBody(SessionState):
         self._mistakes = MistakeSearch(self.jobs, self)
         self._mistakes.found.connect(self.mistakes_changed)
         self._mistakes.failed.connect(self._raise_error)
+        self.volume_changed.connect(self._mistakes.clear)
         self.document_changed.connect(self._on_document_changed)
 
     def prepare_fit(self) -> None:
@@ -96,6 +97,11 @@ class SessionBody(SessionState):
     def mistakes(self) -> tuple[Mistake, ...]:
         """What is likely wrong with the document, as far as it has been looked for by now."""
         return self._mistakes.mistakes
+
+    @property
+    def has_looked_for_mistakes(self) -> bool:
+        """Whether ``mistakes`` are those of the document as it is now, and not of an earlier one."""
+        return self._document is not None and self._mistakes.looked_at is self._document
 
     @property
     def is_searching_mistakes(self) -> bool:
@@ -160,9 +166,7 @@ class SessionBody(SessionState):
         return ToolPose(self._view.crosshair_um, rotations.from_matrix(axes))
 
     def _on_document_changed(self, _before: Annotation | None, after: Annotation | None) -> None:
-        if after is None or self.tool is None:
-            self._mistakes.clear()
-        else:
+        if after is not None and self.tool is not None:
             self._mistakes.search(after, self.tool)
 
 

@@ -109,6 +109,17 @@ def test_a_reversed_link_is_turned_round(qtbot: QtBot, session: Session, panel: 
     assert session.document == sound
 
 
+def test_a_second_click_does_not_undo_the_first_one(qtbot: QtBot, session: Session, panel: PosePanel) -> None:
+    place_all(qtbot, session)
+    sound = session.document
+    session.relabel({"k1": "k4", "k4": "k1"})
+    settle(qtbot, session)
+    correct = found(panel, QPushButton, "mistake_correct_0")
+    qtbot.mouseClick(correct, LEFT)
+    qtbot.mouseClick(correct, LEFT)
+    assert session.document == sound
+
+
 @pytest.mark.parametrize(("spoil", "words"), [("turn_over", "Turn it over"), ("reverse", "Reverse it")])
 def test_boxes_are_put_right_too(qtbot: QtBot, boxes_session: Session, spoil: str, words: str) -> None:
     session = boxes_session
@@ -180,3 +191,21 @@ def test_every_order_is_tried_on_demand(
     settle(qtbot, session)
     assert searcher.thorough[-1]
     assert not any(searcher.thorough[:-1])
+
+
+def test_another_volume_has_none_of_the_mistakes_of_the_last_one(
+    qtbot: QtBot, searcher: Searcher, session: Session, panel: PosePanel
+) -> None:
+    searcher.result = (Mistake("displaced", ("k3",), "k3 is off.", 0.99, 100.0, 1.0, 5),)
+    searcher.go_on.set()
+    place_all(qtbot, session)
+    assert found(panel, QWidget, "mistake_0")
+    searcher.go_on.clear()
+    session.set_method("boxes")
+    qtbot.waitUntil(lambda: session.document is not None and session.document.method == "boxes")
+    assert session.mistakes == ()
+    assert not session.has_looked_for_mistakes
+    # Qt deletes the row once nothing else is to be done.
+    qtbot.waitUntil(lambda: panel.findChild(QWidget, "mistake_0") is None)
+    assert "Nothing" not in found(panel, QLabel, "mistakes_verdict").text()
+    searcher.go_on.set()
