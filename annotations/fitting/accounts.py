@@ -14,12 +14,11 @@ from typing import Literal
 import numpy as np
 
 from annotations.fitting.chain import Array, Chain
-from annotations.fitting.chain_solver import ChainSolver, Solution
+from annotations.fitting.chain_solver import ON_A_LIMIT_RAD, ChainSolver, Solution
 from annotations.fitting.evidence import BodyPoint
 from annotations.geometry.frames import vector
 
-Kind = Literal[
-    "sound",
+Fault = Literal[
     "swapped",
     "reversed",
     "turned_over",
@@ -29,6 +28,7 @@ Kind = Literal[
     "length",
     "relabelled",
 ]
+Kind = Literal["sound"] | Fault
 
 _PRIORS: dict[Kind, float] = {
     "sound": 1.0,
@@ -52,7 +52,6 @@ _LENGTH_SPREAD = 0.3
 """A link whose length is a mistake may deviate by this share of it."""
 _NO_LENGTH_MENDS = 5000.0
 _ALIKE = 0.1
-_ON_A_LIMIT_RAD = 1e-9
 _LEAST_TOLD = 1e-3
 _TOLD = 20.0
 """Of a direction that the data determine: by how much they narrow its variance."""
@@ -219,7 +218,7 @@ def beyond_limits_deg(verdict: Verdict, chain: Chain) -> dict[str, float]:
 def _beyond_rad(solution: Solution, chain: Chain) -> Array:
     low, high = np.radians(chain.limits_deg).T
     beyond_rad: Array = np.abs(solution.angles_rad - np.clip(solution.angles_rad, low, high))
-    return np.where(beyond_rad > _ON_A_LIMIT_RAD, beyond_rad, 0.0)
+    return np.where(beyond_rad > ON_A_LIMIT_RAD, beyond_rad, 0.0)
 
 
 def prior_surprise(kind: Kind, number: int) -> float:

@@ -14,6 +14,7 @@ from annotations.documents.annotation import Annotation, Part, Source
 from annotations.documents.files import load_annotation
 from annotations.documents.study import annotation_files
 from annotations.errors import UserError, first_problem
+from annotations.fitting.robust_sigma import robust_sigma
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import Link, ToolError, ToolSpecification
 
@@ -24,8 +25,6 @@ _Quantity = Literal["length", "width", "height"]
 _BY_HAND: frozenset[Source | None] = frozenset({"clicked", "typed", "dragged", "nudged", "snapped"})
 # These leave a cross-section as a person made it.
 _KEEPING_CROSS_SECTIONS: frozenset[Source | None] = _BY_HAND | {"posed", "refined"}
-# The standard deviation of a normal distribution on its median absolute deviation.
-_NORMAL_OF_MAD = 1.4826
 
 
 @dataclass(frozen=True)
@@ -36,8 +35,7 @@ class Measured:
     ----------
     median_um : float
     spread_um : float or None
-        Robust standard deviation: 1.4826 times the median absolute deviation from the median, which for a
-        normal distribution is its standard deviation. None for a single measurement.
+        Robust standard deviation about the median (`robust_sigma`). None for a single measurement.
     number : int
         How many measurements there are.
     """
@@ -194,8 +192,7 @@ def _measured(lengths_um: list[float]) -> Measured | None:
     if not lengths_um:
         return None
     median_um = float(np.median(lengths_um))
-    deviation_um = float(np.median(np.abs(np.subtract(lengths_um, median_um))))
-    spread_um = _NORMAL_OF_MAD * deviation_um if len(lengths_um) > 1 else None
+    spread_um = robust_sigma(np.subtract(lengths_um, median_um)) if len(lengths_um) > 1 else None
     return Measured(median_um, spread_um, len(lengths_um))
 
 

@@ -70,12 +70,11 @@ class Chain:
     @classmethod
     def of(cls, tool: ToolSpecification) -> Self | None:
         """Return the chain of a tool; None where it has no links."""
-        children = {joint.child for joint in tool.joints}
-        root = next((link.name for link in tool.links if link.name not in children), None)
+        root = tool.root
         if root is None:
             return None
         joint_above: dict[str, Joint] = {}
-        links = [root]
+        links = [root.name]
         for name in links:
             for joint in tool.joints:
                 if joint.parent == name:
@@ -85,7 +84,7 @@ class Chain:
         joints = [joint for joint in tool.joints if joint.parent in place]
         hinges = np.array([joint.hinge_axis for joint in joints]).reshape(-1, 3)
         coefficients = np.zeros((len(links), len(links), 3))
-        coefficients[0, 0, 0] = -tool.link(root).length_um / 2
+        coefficients[0, 0, 0] = -root.length_um / 2
         turned = np.zeros((len(joints), len(links)), dtype=bool)
         for index, name in enumerate(links[1:], start=1):
             above = joint_above[name]

@@ -24,7 +24,8 @@ _CALLS_USED_UP = 5
 """MINPACK's word for it."""
 _HOPELESS = 100.0
 _SAME_RAD = math.radians(2.0)
-_ON_A_LIMIT_RAD = 1e-9
+ON_A_LIMIT_RAD = 1e-9
+"""No farther beyond a limit than this, an angle stands at it."""
 
 # Rows (b) and columns (c, a): a vector u gives the derivatives of u × ω, laid out as MINPACK wants them.
 _TURNS_BY: Array = np.ascontiguousarray(LEVI_CIVITA.transpose(1, 2, 0).reshape(3, 9))
@@ -196,8 +197,8 @@ class ChainSolver:
             solution, _ = self._minimum(solution.axes, solution.angles_rad, held, _MANY_CALLS)
         while self._is_limited and solution.chi_square < hopeless:
             low, high = self._limits_rad[:, 0], self._limits_rad[:, 1]
-            beyond = (solution.angles_rad < low - _ON_A_LIMIT_RAD) | (
-                solution.angles_rad > high + _ON_A_LIMIT_RAD
+            beyond = (solution.angles_rad < low - ON_A_LIMIT_RAD) | (
+                solution.angles_rad > high + ON_A_LIMIT_RAD
             )
             left = frozenset(int(joint) for joint in np.flatnonzero(beyond)) - held
             if not left:

@@ -12,6 +12,7 @@ from annotations.documents.annotation import Annotation, Method
 from annotations.errors import Cancelled
 from annotations.fitting.accounts import (
     Account,
+    Fault,
     Kind,
     Verdict,
     beyond_limits_deg,
@@ -30,17 +31,7 @@ from annotations.geometry.boxes import Box
 from annotations.geometry.kinematics import link_boxes
 from annotations.geometry.tool import ToolSpecification
 
-MistakeKind = Literal[
-    "swapped",
-    "reversed",
-    "turned_over",
-    "rolled",
-    "displaced",
-    "beyond_limits",
-    "length",
-    "relabelled",
-    "undecided",
-]
+MistakeKind = Fault | Literal["undecided"]
 
 LENGTH_TOLERANCE = 0.03
 """Standard deviation of a link's length, as a share of it: lengths are nominal until they are calibrated."""
@@ -217,50 +208,58 @@ def _weighed(
 def _mistake(
     verdict: Verdict, probability: float, sound: Verdict, tool: ToolSpecification, chain: Chain
 ) -> Mistake:
-    account = verdict.account
-    parts, text = account.parts, ""
-    if account.kind == "swapped":
-        text = f"{parts[0]} and {parts[1]} are likely swapped: exchange them."
-    elif account.kind == "reversed":
-        link = tool.link(parts[0])
-        text = f"{link.name} is likely reversed: exchange its ends, {link.base} and {link.tip}."
-    elif account.kind == "turned_over":
-        text = f"The box of {parts[0]} likely has its hinge's sense reversed: turn it half about its own x."
-    elif account.kind == "rolled":
-        told = _and(_how_turned(account, sound.account.points, tool))
-        text = f"Where the boxes end shows another roll: turn {told} about its own x."
-    elif account.kind == "displaced":
-        text = f"{parts[0]} is likely misplaced{_how_far(account, sound.account.points, tool)}: check it."
-    elif account.kind == "beyond_limits":
-        angles_deg = beyond_limits_deg(verdict, chain)
-        parts = tuple(angles_deg)
-        limits_deg = {joint.name: joint.limits_deg for joint in tool.joints}
-        told = _and(
-            f"{name} would be {angle_deg:.0f}°, beyond its limit of "
-            f"{limits_deg[name][0 if angle_deg < limits_deg[name][0] else 1]:g}°"
-            for name, angle_deg in angles_deg.items()
-        )
-        text = f"{told}: check the points about this joint, or the tool's limits."
-    elif account.kind == "length":
-        link = tool.link(parts[0])
-        length_um = link.length_um + verdict.solution.stretch_um[chain.links.index(link.name)]
-        text = (
-            f"{link.name} seems to be {length_um / 1000:.1f} mm long, not {link.length_um / 1000:.1f} mm: "
-            "check its ends, or the lengths in the tool's specification."
-        )
-    elif account.kind == "relabelled":
-        pairs = zip(parts[::2], parts[1::2], strict=True)
-        told = ", ".join(f"{old} is {new}" for old, new in pairs)
-        text = f"Several keypoints likely have each other's names: what is called {told}."
+    kind = verdict.account.kind
     return Mistake(
-        kind=account.kind if account.kind != "sound" else "undecided",
-        parts=parts,
-        text=text,
+        kind=kind if kind != "sound" else "undecided",
+        parts=verdict.account.parts or tuple(beyond_limits_deg(verdict, chain)),
+        text=_in_words(verdict, sound, tool, chain),
         probability=probability,
         chi_square_before=sound.chi_square,
         chi_square_after=verdict.chi_square,
         degrees_of_freedom=verdict.degrees_of_freedom,
     )
+
+
+def _in_words(verdict: Verdict, sound: Verdict, tool: ToolSpecification, chain: Chain) -> str:
+    account, points = verdict.account, sound.account.points
+    parts = account.parts
+    match account.kind:
+        case "swapped":
+            return f"{parts[0]} and {parts[1]} are likely swapped: exchange them."
+        case "reversed":
+            link = tool.link(parts[0])
+            return f"{link.name} is likely reversed: exchange its ends, {link.base} and {link.tip}."
+        case "turned_over":
+            return (
+                f"The box of {parts[0]} likely has its hinge's sense reversed: turn it half about its own x."
+            )
+        case "rolled":
+            turns = _and(_how_turned(account, points, tool))
+            return f"Where the boxes end shows another roll: turn {turns}, each about its own x."
+        case "displaced":
+            return f"{parts[0]} is likely misplaced{_how_far(account, points, tool)}: check it."
+        case "beyond_limits":
+            limits_deg = {joint.name: joint.limits_deg for joint in tool.joints}
+            angles = _and(
+                f"{name} would be {angle_deg:.0f}°, beyond its limit of "
+                f"{limits_deg[name][0 if angle_deg < limits_deg[name][0] else 1]:g}°"
+                for name, angle_deg in beyond_limits_deg(verdict, chain).items()
+            )
+            return f"{angles}: check the points about this joint, or the tool's limits."
+        case "length":
+            link = tool.link(parts[0])
+            length_um = link.length_um + verdict.solution.stretch_um[chain.links.index(link.name)]
+            return (
+                f"{link.name} seems to be {length_um / 1000:.1f} mm long, "
+                f"not {link.length_um / 1000:.1f} mm: "
+                "check its ends, or the lengths in the tool's specification."
+            )
+        case "relabelled":
+            pairs = zip(parts[::2], parts[1::2], strict=True)
+            names = ", ".join(f"{old} is {new}" for old, new in pairs)
+            return f"Several keypoints likely have each other's names: what is called {names}."
+        case "sound":
+            return ""
 
 
 def _how_far(account: Account, points: Sequence[BodyPoint], tool: ToolSpecification) -> str:

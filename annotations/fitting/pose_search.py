@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from annotations.fitting.robust_sigma import robust_sigma
 from annotations.fitting.surface_samples import SurfaceSamples
 from annotations.geometry import rotations
 from annotations.geometry.body import LinkBody, link_bodies
@@ -30,8 +31,6 @@ _PLACED_UM, _TURNED_DEG, _BENT_DEG = 150.0, 3.0, 4.0
 _INDEPENDENT = 500
 """Most samples that count as independent: a real surface departs from an ideal one over whole patches."""
 _LEAST_SIGMA_UM = 20.0
-_SIGMAS_PER_DEVIATION = 1.4826
-"""Standard deviation of a normal distribution over the median of absolute deviations from its median."""
 _MOST_STEPS = 8
 _LEAST_CHANGE, _SMALL_CHANGE = 0.01, 1e-3
 """In standard deviations: with a smaller step it is done; and the step by which slopes are measured."""
@@ -175,5 +174,5 @@ def _weights(distances_um: Array, reach_um: float) -> Array:
     the spread is small, and all of a short one that does not would be cast out.
     """
     biweights = np.square(1 - np.square(distances_um / reach_um))
-    sigma_um = max(_SIGMAS_PER_DEVIATION * float(np.median(np.abs(distances_um))), _LEAST_SIGMA_UM)
+    sigma_um = max(robust_sigma(distances_um), _LEAST_SIGMA_UM)
     return np.asarray(biweights * min(1, _INDEPENDENT / len(distances_um)) / sigma_um**2)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from annotations.errors import Cancelled
+from annotations.fitting.robust_sigma import robust_sigma
 from annotations.geometry.body import LinkBody, surface_from_above
 from annotations.volumes import SpacingUm, Volume, validate_spacing_um
 
@@ -27,8 +28,6 @@ _LEAST_STEP_VOXEL = 2
 _NOISE_SIGMAS = 3.5
 """How strong a rise must be: in some hundredths of the columns speckle alone makes one, at any depth."""
 _NOISE_EVERY = 7
-_SIGMAS_PER_DEVIATION = 1.4826
-"""Standard deviation of a normal distribution over the median of absolute deviations from its median."""
 _LEAST_BEND = 1e-6
 
 
@@ -124,7 +123,7 @@ def surface_samples(
     if not noise.size:
         return SurfaceSamples(across_um, np.full(len(across_um), np.inf))
     middle = float(np.median(noise))
-    least = middle + _NOISE_SIGMAS * _SIGMAS_PER_DEVIATION * float(np.median(np.abs(noise - middle)))
+    least = middle + _NOISE_SIGMAS * robust_sigma(noise - middle)
     depths_voxel, profiles = [], []
     for band, rise in zip(bands, rises, strict=True):
         # A rise begins `margin` voxels into the band, and so does its index.

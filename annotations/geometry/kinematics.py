@@ -40,14 +40,13 @@ class LinkFrame:
 
 
 def link_frames(pose: ToolPose, tool: ToolSpecification) -> dict[str, LinkFrame]:
-    """Return the frame of each link that hangs together with the root link, the first one that is no child.
+    """Return the frame of each link that hangs together with the root link.
 
     A tool without links has none. A joint turns its child about ``hinge_axis``, right-handed, by its signed
     angle; the hinge lies ``offsets_um[0]`` beyond the parent's tip and ``offsets_um[1]`` before the child's
     base.
     """
-    children = {joint.child for joint in tool.joints}
-    root = next((link for link in tool.links if link.name not in children), None)
+    root = tool.root
     if root is None:
         return {}
     axes = rotations.matrix(pose.rotation_wxyz)

@@ -162,6 +162,12 @@ class ToolSpecification(_Part):
         text = json.dumps(content, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()
 
+    @property
+    def root(self) -> Link | None:
+        """The first link that is no child of a joint; a pose places it. None where the tool has no links."""
+        children = {joint.child for joint in self.joints}
+        return next((link for link in self.links if link.name not in children), None)
+
     def link(self, name: str) -> Link:
         """Return the link of that name; KeyError if the tool has none."""
         for link in self.links:

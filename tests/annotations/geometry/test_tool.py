@@ -42,6 +42,15 @@ def test_the_forceps_are_those_of_the_thesis(forceps: ToolSpecification) -> None
     assert max(max(link.cross_section_um) for link in forceps.links) == 4_000
 
 
+def test_the_root_is_the_first_link_that_no_joint_turns(
+    forceps: ToolSpecification, needle: ToolSpecification
+) -> None:
+    assert [tool.root and tool.root.name for tool in (forceps, needle)] == ["link0", "needle"]
+    backwards = forceps.model_copy(update={"links": forceps.links[::-1]})
+    assert backwards.root == forceps.link("link0")
+    assert forceps.model_copy(update={"links": (), "joints": ()}).root is None
+
+
 def test_the_needle_has_a_tip_and_a_shaft_and_no_angles(needle: ToolSpecification) -> None:
     assert needle.keypoint_names == ("tip", "shaft")
     assert needle.targets.position == ("tip",)
