@@ -220,3 +220,17 @@ def test_checks_read_boxes(truth_path: Path, out: Path, repose: Callable[..., No
 
     assert code == 1
     assert [finding["kind"] for finding in fields["findings"]] == ["box", "box"]
+
+
+def test_nothing_is_written_where_nothing_follows(
+    truth_path: Path, out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    document, identity = load_annotation(truth_path)
+    for name in ("k1", "k3", "k5"):
+        document = clear(document, name)
+    save_annotation(document, truth_path, expected=identity)
+
+    assert main(["convert", str(truth_path), "--to", "boxes", "--roll-deg", "0", "-o", str(out)]) == 1
+
+    assert "no boxes follow from what is placed" in capsys.readouterr().err
+    assert not out.exists()
