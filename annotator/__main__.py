@@ -56,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="annotator",
-        description="Place the keypoints of a surgical tool in OCT volumes, in 3D and in linked slices.",
+        description="Place keypoints and boxes of a surgical tool in OCT volumes, in 3D and in slices.",
         epilog="'annotations --help' lists the jobs that need no window.",
     )
     parser.add_argument(

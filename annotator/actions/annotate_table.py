@@ -92,8 +92,8 @@ ANNOTATE_ACTIONS: tuple[Action, ...] = (
     *(
         Action(
             f"keypoint_{number}",
-            f"Keypoint {number}",
-            "Annotate/Keypoint",
+            f"Keypoint or Link {number}",
+            "Annotate/Keypoint or Link",
             (str(number),),
             "Make this keypoint or link the active one, and go to it.",
             "document",
@@ -204,7 +204,7 @@ ANNOTATE_ACTIONS: tuple[Action, ...] = (
         "Annotate",
         ("M",),
         "Move the active keypoint to the brightest point near it.",
-        "positioned",
+        "keypoint",
         separated=True,
     ),
     Action(
@@ -213,7 +213,7 @@ ANNOTATE_ACTIONS: tuple[Action, ...] = (
         "Annotate",
         ("E",),
         "Move the active keypoint to the strongest edge near it.",
-        "positioned",
+        "keypoint",
     ),
     Action(
         "state_placed",

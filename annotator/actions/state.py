@@ -49,13 +49,7 @@ def _met(session: Session) -> Iterator[When]:
         yield "volume"
     if session.document is not None:
         yield "document"
-    active = _active(session)
-    if active is not None:
-        yield "active"
-        if active.anchor_um is not None:
-            yield "positioned"
-            if session.active_box() is not None:
-                yield "box"
+    yield from _met_by_active(session)
     yield from _met_by_body(session)
     view = session.view
     if view.preview is not None or view.draft is not None or view.refinement is not None:
@@ -74,16 +68,26 @@ def _met(session: Session) -> Iterator[When]:
         yield "jobs"
 
 
-def _met_by_body(session: Session) -> Iterator[When]:
-    if session.document is None:
+def _met_by_active(session: Session) -> Iterator[When]:
+    document, active = session.document, _active(session)
+    if document is None or active is None:
         return
-    posing = session.view.mode == "pose"
-    if posing:
-        yield "posing"
-    if posing or session.active_box() is not None:
-        yield "turnable"
-    if any(part.anchor_um is not None for part in session.document.parts):
+    yield "active"
+    if active.anchor_um is not None:
+        yield "positioned"
+        yield from ("box", "turnable") if document.method == "boxes" else ("keypoint",)
+
+
+def _met_by_body(session: Session) -> Iterator[When]:
+    document = session.document
+    if document is None:
+        return
+    if session.view.mode == "pose":
+        yield from ("posing", "turnable")
+    if any(part.anchor_um is not None for part in document.parts):
         yield "positions"
+        if document.method == "keypoints":
+            yield "keypoints"
         fit = session.tool_fit
         if fit is not None and fit.alternatives:
             yield "alternatives"

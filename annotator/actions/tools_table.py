@@ -9,7 +9,7 @@ TOOLS_ACTIONS: tuple[Action, ...] = (
         "Tools",
         ("Ctrl+I",),
         "Give unplaced keypoints the position that the others imply: as occluded or out of view, not placed.",
-        "positions",
+        "keypoints",
     ),
     Action(
         "other_solution",
@@ -34,7 +34,7 @@ TOOLS_ACTIONS: tuple[Action, ...] = (
         "Tools",
         ("Ctrl+K",),
         "Look for any interchange of keypoints that would explain an implausible annotation.",
-        "positions",
+        "keypoints",
     ),
     Action(
         "calibrate",

@@ -35,7 +35,7 @@ class AboutDialog(QDialog):
         layout.addWidget(Heading(f"OCT Annotator {__version__}"))
         layout.addWidget(
             WrappedText(
-                "Places the keypoints of a surgical tool in optical coherence tomography volumes, "
+                "Places keypoints and boxes of a surgical tool in optical coherence tomography volumes, "
                 "in 3D and in linked slices."
             )
         )

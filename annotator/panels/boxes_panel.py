@@ -34,6 +34,8 @@ class EditorArea(QScrollArea):
         super().__init__()
         self._editor = editor
         self.setObjectName("boxes_scroll")
+        # What is in it comes into sight as the tab key goes through it.
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidgetResizable(True)

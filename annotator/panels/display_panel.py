@@ -118,9 +118,9 @@ class DisplayPanel(QWidget):
         for text, rendering in _RENDERINGS:
             self._rendering.addItem(text, rendering)
         self._rendering.activated.connect(self._on_rendering_activated)
-        self._detail = named(QCheckBox("&Full resolution at the keypoint"), "detail")
+        self._detail = named(QCheckBox("&Full resolution at the keypoint or box"), "detail")
         self._detail.setToolTip(
-            "Shows the part around the active keypoint at full resolution, not the whole volume"
+            "Shows the part around the active keypoint or box at full resolution, not the whole volume"
         )
         self._detail.clicked.connect(self._on_detail_clicked)
         layout.addWidget(self._rendering)

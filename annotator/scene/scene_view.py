@@ -201,9 +201,7 @@ class SceneView(QWidget):
             self._redraw()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        view = self._session.view
-        on_its_way = (view.preview, view.draft, view.first_end_um, view.refinement)
-        if event.key() == Qt.Key.Key_Escape and any(each is not None for each in on_its_way):
+        if event.key() == Qt.Key.Key_Escape and self._session.view.is_anything_on_its_way:
             self._session.drop_preview()
         else:
             super().keyPressEvent(event)

@@ -125,3 +125,9 @@ class View:
     maximized: Pane | None = None
     layers: frozenset[Layer] = field(default=ALL_LAYERS)
     overlays_hidden: bool = False
+
+    @property
+    def is_anything_on_its_way(self) -> bool:
+        """Whether there is something that Esc would drop."""
+        on_its_way = (self.preview, self.draft, self.first_end_um, self.refinement)
+        return any(each is not None for each in on_its_way)

@@ -172,8 +172,7 @@ class AnnotateHandlers:
         return Plane.across(self._used_axis(), volume.shape, spacing_um, volume.depth_axis)
 
     def _navigate(self) -> None:
-        view = self._session.view
-        if any(each is not None for each in (view.preview, view.draft, view.first_end_um, view.refinement)):
+        if self._session.view.is_anything_on_its_way:
             self._session.drop_preview()
         else:
             self._session.set_mode("navigate")

@@ -12,7 +12,7 @@ from annotator.session import Session
 
 BOX = Box((100.0, 200.0, 300.0), (11_000.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
 POSE = ToolPose((3000.0, 4000.0, 2000.0), (1.0, 0.0, 0.0, 0.0), {"theta1": 40.0})
-OF_BODIES = {"box", "turnable", "posing", "positions", "alternatives"}
+OF_BODIES = {"keypoint", "box", "turnable", "posing", "positions", "keypoints", "alternatives"}
 
 
 def now(session: Session) -> ActionState:
@@ -37,7 +37,7 @@ def test_keypoints_have_positions_and_no_box(session):
     assert "method_keypoints" in now(session).checked
     session.place((1.0, 2.0, 3.0))
     session.activate("k0")
-    assert now(session).met & OF_BODIES == {"positions"}
+    assert now(session).met & OF_BODIES == {"keypoint", "positions", "keypoints"}
 
 
 def test_pose_mode_turns_and_bends(session):
@@ -67,7 +67,7 @@ def test_a_placed_box_is_turned_and_resized(boxes):
 def test_a_box_that_waits_for_its_second_click_is_no_box_yet(boxes):
     boxes.place((0.0, 0.0, 0.0))
     boxes.aim_second_end((500.0, 0.0, 0.0))
-    assert {"box", "positioned"}.isdisjoint(now(boxes).met)
+    assert {"box", "turnable", "positioned"}.isdisjoint(now(boxes).met)
 
 
 def test_number_keys_are_called_after_keypoints_or_links(session, boxes):

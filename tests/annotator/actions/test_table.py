@@ -56,7 +56,7 @@ def test_sheet_shows_every_action_and_gesture():
         assert entry.text in texts or entry.name.startswith(("recent_", "keypoint_"))
     assert texts.issuperset(gesture.effect for gesture in GESTURES)
     assert ("File", "Save", "Ctrl+S") in rows
-    assert ("Annotate › Keypoint", "Keypoint 1 to 9", "1 … 9") in rows
+    assert ("Annotate › Keypoint or Link", "Keypoint or Link 1 to 9", "1 … 9") in rows
 
 
 def test_page_of_shortcuts_names_every_key():
