@@ -10,6 +10,7 @@ from annotations.documents.files import DocumentError, completed, load_annotatio
 from annotations.documents.representations import keypoint_positions_um
 from annotations.documents.volume_link import compare, referenced_path
 from annotations.errors import UserError
+from annotations.geometry.angles import angle_deg
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolError, ToolSpecification
 from annotations.geometry.tool_library import find_tools
@@ -17,6 +18,8 @@ from annotations.volumes import fingerprint, open_volume
 
 # A link's length on the nominal one: the specification's lengths are themselves estimates.
 PLAUSIBLE_LENGTH_RATIO = (0.5, 2.0)
+# How far apart the boxes at a joint may show its hinge: both are turned about their own x by eye.
+_PLAUSIBLE_HINGE_DEG = 25.0
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,23 @@ def check_annotation(annotation: Annotation, tool: ToolSpecification) -> Iterato
                 f"{link.name} is {length_um:.0f} µm long from {link.base} to {link.tip}, "
                 f"nominal are {link.length_um:.0f} µm",
             )
+    yield from _check_hinges(annotation, tool)
+
+
+def _check_hinges(annotation: Annotation, tool: ToolSpecification) -> Iterator[Finding]:
+    """Check that the boxes at each joint agree about its hinge, from which signed angles follow."""
+    boxes = annotation.placed_boxes
+    for joint in tool.joints:
+        if joint.parent in boxes and joint.child in boxes:
+            # A turn about the hinge leaves its own direction: it is the same in both links' frames.
+            shown = [boxes[link].axes @ joint.hinge_axis for link in (joint.parent, joint.child)]
+            apart_deg = angle_deg(*shown)
+            if apart_deg > _PLAUSIBLE_HINGE_DEG:
+                yield Finding(
+                    "box",
+                    f"{joint.parent} and {joint.child} show the hinge of {joint.name} in directions that are "
+                    f"{apart_deg:.0f}° apart: one of them is turned wrongly",
+                )
 
 
 def _kind(annotation: Annotation) -> str:

@@ -9,10 +9,11 @@ import pytest
 from annotations.documents.annotation import Annotation, BoxAnnotation, State, changed, with_all_parts
 from annotations.documents.checks import check_annotation, check_file
 from annotations.documents.conversion import sibling_path, to_boxes
-from annotations.documents.edits import place_box, place_keypoint, set_state, set_status
+from annotations.documents.edits import clear, place_box, place_keypoint, set_state, set_status
 from annotations.documents.files import annotation_bytes, save_annotation
-from annotations.geometry.boxes import Box
+from annotations.geometry.boxes import Box, box_between
 from annotations.geometry.kinematics import ToolPose, keypoints_um
+from annotations.geometry.rotations import about_axis, product
 from annotations.geometry.tool import ToolSpecification
 
 Write = Callable[..., Path]
@@ -100,7 +101,8 @@ def test_a_box_across_the_border_may_be_called_either(
     by_boxes: Annotation, forceps: ToolSpecification, state: State
 ) -> None:
     across = Box((0.0, 8000.0, 6000.0), (5000.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
-    cut = set_state(place_box(by_boxes, "link1", across, "dragged"), "link1", state)
+    alone = clear(clear(by_boxes, "link0"), "link2")
+    cut = set_state(place_box(alone, "link1", across, "dragged"), "link1", state)
     assert problems(cut, forceps) == []
 
 
@@ -108,6 +110,33 @@ def test_a_box_of_an_implausible_length_is_found(by_boxes: Annotation, forceps: 
     box = by_boxes.placed_boxes["link2"]
     short = place_box(by_boxes, "link2", replace(box, size_um=(2000.0, *box.size_um[1:])), "dragged")
     assert [kind for kind, _ in problems(short, forceps)] == ["link"]
+
+
+@pytest.mark.parametrize("turn_deg", [15.0, -15.0, 40.0, 180.0])
+def test_boxes_that_do_not_agree_about_a_hinge_are_found(
+    by_boxes: Annotation, forceps: ToolSpecification, turn_deg: float
+) -> None:
+    box = by_boxes.placed_boxes["link2"]
+    turned = replace(box, rotation_wxyz=product(box.rotation_wxyz, about_axis((1, 0, 0), turn_deg)))
+    found = problems(place_box(by_boxes, "link2", turned, "dragged"), forceps)
+    if abs(turn_deg) < 20:
+        assert found == []
+    else:
+        [(kind, problem)] = found
+        assert kind == "box"
+        assert problem.startswith("link1 and link2 show the hinge of theta2 in directions that are")
+        assert f"{turn_deg:.0f}° apart" in problem
+
+
+def test_boxes_that_are_all_rolled_alike_are_found_by_their_bend(
+    by_boxes: Annotation, forceps: ToolSpecification
+) -> None:
+    # Each begins with its parent's hinge as near as its own direction allows, as two clicks place it.
+    rolled, hinge = by_boxes, by_boxes.placed_boxes["link0"].axes @ (0.0, 0.5, 0.866)
+    for link, box in by_boxes.placed_boxes.items():
+        placed = box_between(box.base_um, box.tip_um, box.size_um[1:], hinge)
+        rolled, hinge = place_box(rolled, link, placed, "clicked"), placed.axes[:, 1]
+    assert {kind for kind, _ in problems(rolled, forceps)} == {"box"}
 
 
 def test_a_derived_document_is_held_against_its_original(
