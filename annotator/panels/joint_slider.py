@@ -1,7 +1,7 @@
 """The angle of one joint as a slider: moving it previews, letting it go keeps."""
 
 from PySide6.QtCore import QSignalBlocker, QTimer, Signal, Slot
-from PySide6.QtGui import QFocusEvent
+from PySide6.QtGui import QFocusEvent, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
 from annotations.geometry.tool import Joint
@@ -31,6 +31,7 @@ class JointSlider(QuietSlider):
         self.setRange(round(low_deg * _STEPS_PER_DEG), round(high_deg * _STEPS_PER_DEG))
         self.setSingleStep(_STEPS_PER_DEG)
         self.setPageStep(10 * _STEPS_PER_DEG)
+        self._is_given_up = False
         self._rest = QTimer(self)
         self._rest.setSingleShot(True)
         self._rest.setInterval(_SETTLE_MS)
@@ -44,8 +45,17 @@ class JointSlider(QuietSlider):
             self.setValue(round(angle_deg * _STEPS_PER_DEG))
 
     def stop(self) -> None:
-        """Forget that a person has stepped."""
+        """Forget that a person has stepped; one that is in hand rests until it is let go."""
         self._rest.stop()
+        self._is_given_up = self.isSliderDown()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if not self._is_given_up:
+            super().mouseMoveEvent(event)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        super().mouseReleaseEvent(event)
+        self._is_given_up = False
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         super().focusOutEvent(event)

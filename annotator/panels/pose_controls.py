@@ -60,13 +60,15 @@ class PoseControls(QWidget):
         # With nothing to drop, Esc goes on to the window: a person wants out of the field.
         event.setAccepted(self._session.view.draft is not None)
         if event.isAccepted():
-            self._stop()
             self._session.drop_preview()
         self.draw(over_typing=True)
 
     def draw(self, *, over_typing: bool = False) -> None:
         """Show the pose that is drawn; a number that is half typed stays, unless it is to go."""
         session = self._session
+        if session.view.draft is None:
+            # Dropped, kept or refused: what is still in hand must not bring it back.
+            self._stop()
         tool, document = session.tool, session.document
         joints = tool.joints if tool is not None else ()
         if joints != self._joints:

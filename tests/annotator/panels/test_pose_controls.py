@@ -102,6 +102,27 @@ def test_a_slider_previews_while_it_is_in_hand_and_is_one_step_when_let_go(
     assert moved.value() == 400
 
 
+def test_a_slider_in_hand_that_esc_dropped_does_not_come_back(
+    qtbot: QtBot, session: Session, panel: PosePanel
+) -> None:
+    moved, before, steps = slider(panel), session.document, session.undo_stack.count()
+    start = knob(moved)
+    qtbot.mousePress(moved, LEFT, pos=start)
+    qtbot.mouseMove(moved, start + QPoint(-10, 0))
+    assert session.view.draft is not None
+    session.drop_preview()
+    qtbot.mouseMove(moved, start + QPoint(-20, 0))
+    assert session.view.draft is None
+    assert moved.value() == 400
+    qtbot.mouseRelease(moved, LEFT, pos=start + QPoint(-20, 0))
+    assert session.document is before
+    assert session.undo_stack.count() == steps
+    qtbot.mousePress(moved, LEFT, pos=start)
+    qtbot.mouseMove(moved, start + QPoint(-10, 0))
+    qtbot.mouseRelease(moved, LEFT, pos=start + QPoint(-10, 0))
+    assert session.undo_stack.count() == steps + 1
+
+
 def test_a_press_without_a_move_changes_nothing(qtbot: QtBot, session: Session, panel: PosePanel) -> None:
     steps = session.undo_stack.count()
     qtbot.mouseClick(slider(panel), LEFT, pos=knob(slider(panel)))
