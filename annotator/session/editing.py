@@ -45,11 +45,8 @@ class SessionEditing(SessionBody):
             link = tool.link_of(name)
             name = link.name if link is not None else name
         changes: dict[str, object] = {"active_part": name}
-        preview = self._view.preview
-        if preview is not None and preview.keypoint != name:
-            changes["preview"] = None
         if name != self._view.active_part:
-            changes |= {"draft": None, "first_end_um": None}
+            changes |= {"preview": None, "draft": None, "first_end_um": None}
         if jump and position_um is not None:
             changes["crosshair_um"] = position_um
         self.look(**changes)

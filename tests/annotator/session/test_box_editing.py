@@ -427,3 +427,15 @@ def test_all_placed_is_said_in_words_of_the_method(boxes_session: Session, messa
         boxes_session.type_box(link, Box((1.0, 2.0, 3.0), (500.0, *section_um), (1.0, 0.0, 0.0, 0.0)))
     boxes_session.activate_next_unplaced()
     assert messages[-1] == "All boxes are placed"
+
+
+def test_choosing_the_active_link_again_drops_nothing_that_is_proposed(boxes_session: Session) -> None:
+    session = boxes_session
+    session.set_mode("place")
+    session.activate("link0")
+    session.pick_ray(Ray((318.0, 405.0, -100.0), (0.0, 0.0, 1.0)))
+    assert session.view.preview is not None
+    session.activate("link0", jump=True)
+    assert session.view.preview is not None
+    session.activate("link1")
+    assert session.view.preview is None
