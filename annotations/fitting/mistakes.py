@@ -70,6 +70,9 @@ class Mistake:
         Of the fit with the mistake undone.
     candidates : tuple of Mistake
         The likeliest ones, where it is undecided.
+    turns_deg : tuple of float
+        Of rolled boxes, by what angle each is to be turned about its own x, in the order of ``parts``; empty
+        where the data do not tell.
     """
 
     kind: MistakeKind
@@ -80,6 +83,7 @@ class Mistake:
     chi_square_after: float
     degrees_of_freedom: int
     candidates: tuple["Mistake", ...] = ()
+    turns_deg: tuple[float, ...] = ()
 
 
 def likely_mistakes(
@@ -209,18 +213,26 @@ def _mistake(
     verdict: Verdict, probability: float, sound: Verdict, tool: ToolSpecification, chain: Chain
 ) -> Mistake:
     kind = verdict.account.kind
+    turns_deg = _roll_turns_deg(verdict.account, sound.account.points, tool) if kind == "rolled" else ()
     return Mistake(
         kind=kind if kind != "sound" else "undecided",
         parts=verdict.account.parts or tuple(beyond_limits_deg(verdict, chain)),
-        text=_in_words(verdict, sound, tool, chain),
+        text=_in_words(verdict, sound, tool, chain, turns_deg),
         probability=probability,
         chi_square_before=sound.chi_square,
         chi_square_after=verdict.chi_square,
         degrees_of_freedom=verdict.degrees_of_freedom,
+        turns_deg=turns_deg,
     )
 
 
-def _in_words(verdict: Verdict, sound: Verdict, tool: ToolSpecification, chain: Chain) -> str:
+def _in_words(
+    verdict: Verdict,
+    sound: Verdict,
+    tool: ToolSpecification,
+    chain: Chain,
+    turns_deg: Sequence[float],
+) -> str:
     account, points = verdict.account, sound.account.points
     parts = account.parts
     match account.kind:
@@ -234,8 +246,9 @@ def _in_words(verdict: Verdict, sound: Verdict, tool: ToolSpecification, chain: 
                 f"The box of {parts[0]} likely has its hinge's sense reversed: turn it half about its own x."
             )
         case "rolled":
-            turns = _and(_how_turned(account, points, tool))
-            return f"Where the boxes end shows another roll: turn {turns}, each about its own x."
+            turns = [f" by {turn_deg:+.0f}°" for turn_deg in turns_deg] or [""] * len(parts)
+            boxes = _and(f"{part}{turn}" for part, turn in zip(parts, turns, strict=True))
+            return f"Where the boxes end shows another roll: turn {boxes}, each about its own x."
         case "displaced":
             return f"{parts[0]} is likely misplaced{_how_far(account, points, tool)}: check it."
         case "beyond_limits":
@@ -276,17 +289,18 @@ def _how_far(account: Account, points: Sequence[BodyPoint], tool: ToolSpecificat
     return f", {max(distances_um) / 1000:.1f} mm from where the others put it" if distances_um else ""
 
 
-def _how_turned(account: Account, points: Sequence[BodyPoint], tool: ToolSpecification) -> list[str]:
-    """Say which boxes have another roll than where the boxes end shows, and by how much, where it does."""
+def _roll_turns_deg(
+    account: Account, points: Sequence[BodyPoint], tool: ToolSpecification
+) -> tuple[float, ...]:
+    """Return by what angle in degrees boxes are rolled less than where the boxes end shows, where it does."""
     fit = fit_points(account.points, tool)
     if fit is None or "rotation_x_deg" in fit.open_parameters:
-        return list(account.parts)
+        return ()
     by_pose = [
         _turns_deg(account.parts, points, link_boxes(pose, tool)) for pose in (fit.pose, *fit.alternatives)
     ]
     # Of two senses of the hinge, that which is nearer to what a person said.
-    turns_deg = min(by_pose, key=lambda turns_deg: sum(map(abs, turns_deg)))
-    return [f"{link} by {turn_deg:+.0f}°" for link, turn_deg in zip(account.parts, turns_deg, strict=True)]
+    return tuple(min(by_pose, key=lambda turns_deg: sum(map(abs, turns_deg))))
 
 
 def _turns_deg(links: Sequence[str], points: Sequence[BodyPoint], fitted: Mapping[str, Box]) -> list[float]:

@@ -65,6 +65,8 @@ def right_names(mistake: Mistake, tool: ToolSpecification) -> Mapping[str, str]:
 def _correction(mistake: Mistake, method: Method) -> str:
     if mistake.kind == "reversed":
         return "Swap the ends" if method == "keypoints" else "Reverse it"
+    if mistake.kind == "rolled":
+        return "Turn them" if mistake.turns_deg else ""
     words = {"swapped": "Swap them", "relabelled": "Rename them", "turned_over": "Turn it over"}
     return words.get(mistake.kind, "")
 

@@ -94,6 +94,8 @@ class MistakesSection(QWidget):
         if mistake.kind == "turned_over":
             session.activate(mistake.parts[0], jump=True)
             session.turn_over()
+        elif mistake.kind == "rolled":
+            session.roll_boxes(dict(zip(mistake.parts, mistake.turns_deg, strict=True)))
         elif mistake.kind == "reversed" and by_boxes:
             session.reverse(mistake.parts[0])
         else:

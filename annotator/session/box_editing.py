@@ -1,6 +1,6 @@
 """The session's editing of boxes: two clicks place one; handles, keys and numbers change it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from annotations.documents.annotation import Annotation, BoxAnnotation, Source
 from annotations.documents.edits import EditRefused
 from annotations.geometry.boxes import Box, box_between
 from annotations.geometry.frames import Vector, vector
-from annotator.session.box_handles import box_dragged, resized, turned
+from annotator.session.box_handles import box_dragged, resized, rolled, turned
 from annotator.session.editing import SessionEditing
 from annotator.session.placing import nudged
 from annotator.session.view import Draft
@@ -175,6 +175,18 @@ class SessionBoxes(SessionEditing):
         box = self._document.placed_boxes.get(link) if self._document is not None else None
         if box is not None:
             self._change_box(link, turned(box, 1, 180.0), "nudged", "Reverse")
+
+    def roll_boxes(self, turns_deg: Mapping[str, float]) -> None:
+        """Turn boxes, by their links, about their own x: one edit of all, which leaves their sources."""
+
+        def roll(document: Annotation) -> Annotation:
+            for part in document.boxes:
+                if part.link in turns_deg and part.box is not None and part.source is not None:
+                    box = rolled(part.box, turns_deg[part.link])
+                    document = edits.place_box(document, part.link, box, part.source)
+            return document
+
+        self._edit("Turn boxes", roll)
 
     def turn_over(self) -> None:
         """Turn the active box 180° about its own x: the same body, the hinge's axis in the other sense."""

@@ -344,8 +344,8 @@ def test_boxes_whose_roll_nobody_has_set_are_named_with_the_turn(
         named = [each for each in found if (each.kind, each.parts) == ("rolled", tuple(boxes))]
         outcomes[bool(named)] += 1
         for mistake in named:
-            told_deg = float(mistake.text.split("link0 by ")[1].split("°")[0])
-            assert told_deg == pytest.approx(-turn_deg, abs=20)
+            assert f"link0 by {mistake.turns_deg[0]:+.0f}°" in mistake.text
+            assert mistake.turns_deg == pytest.approx([-turn_deg] * 3, abs=20)
     assert outcomes[True] >= 24
 
 

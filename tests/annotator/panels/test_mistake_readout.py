@@ -1,5 +1,7 @@
 """Which rows a likely mistake is about, and what puts it right."""
 
+from dataclasses import replace
+
 import pytest
 
 from annotations.documents.annotation import Method
@@ -37,6 +39,8 @@ def reading(of: Mistake, method: Method = "keypoints") -> MistakeReading:
         (mistake("swapped", "link1", "link2"), "boxes", ("link1", "link2"), "Swap them"),
         (mistake("reversed", "link1"), "boxes", ("link1",), "Reverse it"),
         (mistake("turned_over", "link1"), "boxes", ("link1",), "Turn it over"),
+        (mistake("rolled", "link0", "link1"), "boxes", ("link0", "link1"), ""),
+        (replace(mistake("rolled", "link0"), turns_deg=(40.0,)), "boxes", ("link0",), "Turn them"),
         (mistake("beyond_limits", "theta1"), "boxes", ("link0", "link1"), ""),
     ],
 )  # fmt: skip

@@ -14,6 +14,7 @@ from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotations.geometry.rotations import from_yaw_pitch_roll
 from annotator.panels.pose_panel import PosePanel
 from annotator.session import Session, mistake_search
+from annotator.session.box_handles import rolled
 
 LEFT = Qt.MouseButton.LeftButton
 POSE = ToolPose(
@@ -141,6 +142,29 @@ def test_boxes_are_put_right_too(qtbot: QtBot, boxes_session: Session, spoil: st
     assert session.undo_stack.count() == steps + 1
     assert session.document is not None
     assert session.document.placed_boxes["link1"].axes == pytest.approx(boxes["link1"].axes)
+
+
+def test_boxes_whose_roll_nobody_has_set_are_turned_to_where_their_ends_show(
+    qtbot: QtBot, boxes_session: Session
+) -> None:
+    session = boxes_session
+    panel = panel_of(qtbot, session)
+    assert session.tool is not None
+    boxes = link_boxes(POSE, session.tool)
+    for link, box in boxes.items():
+        session.type_box(link, rolled(box, 50.0))
+    settle(qtbot, session)
+    correct = found(panel, QPushButton, "mistake_correct_0")
+    assert correct.text() == "Turn them"
+    steps = session.undo_stack.count()
+    qtbot.mouseClick(correct, LEFT)
+    assert session.undo_stack.count() == steps + 1
+    assert session.document is not None
+    for link, box in boxes.items():
+        assert session.document.placed_boxes[link].axes == pytest.approx(box.axes, abs=0.05)
+        assert session.document.part(link).source == "typed"
+    settle(qtbot, session)
+    assert session.mistakes == ()
 
 
 class Searcher:
