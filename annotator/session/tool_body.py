@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, Signal
 from annotations.documents.annotation import Annotation
 from annotations.documents.representations import keypoint_positions_um
 from annotations.fitting.mistakes import Mistake
-from annotations.fitting.pose_fit import ToolFit, fit_document, prepare_fitting
+from annotations.fitting.pose_fit import ToolFit, fit_document
 from annotations.geometry import rotations
 from annotations.geometry.boxes import Box
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
@@ -50,16 +50,6 @@ class SessionBody(SessionState):
         self._mistakes.failed.connect(self._raise_error)
         self.volume_changed.connect(self._mistakes.clear)
         self.document_changed.connect(self._on_document_changed)
-
-    def prepare_fit(self) -> None:
-        """Load beside everything else what the first fit needs: no click shall wait for it."""
-        self.jobs.start(
-            "Preparing the fit",
-            lambda _progress, _cancelled: prepare_fitting(),
-            done=lambda _nothing: None,
-            failed=self._raise_error,
-            shown=False,
-        )
 
     @property
     def tool_fit(self) -> ToolFit | None:

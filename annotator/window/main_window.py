@@ -10,6 +10,7 @@ from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, Q
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
 
 from annotations.documents.annotation import Method
+from annotations.fitting.pose_fit import prepare_fitting
 from annotator.actions.action_set import ActionSet
 from annotator.actions.state import state_of
 from annotator.looks.icons import application_icon
@@ -156,15 +157,14 @@ class MainWindow(QMainWindow):
         self._files.open_demo()
 
     def prepare_scene(self) -> None:
-        """Load Mayavi, and what the fit needs, beside everything else; show the scene when that is done."""
+        """Load what the fit needs, and Mayavi, beside everything else; show the scene when that is done."""
         self.session.jobs.start(
             "Preparing the scene",
-            lambda _progress, _cancelled: importlib.import_module("annotator.scene.stage"),
+            lambda _progress, _cancelled: _load_for_fit_and_scene(),
             done=self._on_job_stage_imported,
             failed=self.questions.show_error,
             shown=False,
         )
-        self.session.prepare_fit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:
@@ -389,6 +389,12 @@ class MainWindow(QMainWindow):
 
     def _on_session_save_state_changed(self) -> None:
         self._draw_title()
+
+
+def _load_for_fit_and_scene() -> None:
+    # One after the other: a volume opens in the other thread, and its fit does not wait for Mayavi.
+    prepare_fitting()
+    importlib.import_module("annotator.scene.stage")
 
 
 def _dropped_path(event: QDropEvent) -> Path | None:

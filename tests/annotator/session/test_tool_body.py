@@ -1,10 +1,8 @@
 """What follows from document and view: fit, pose and handles, each worked out once."""
 
-import threading
 from dataclasses import replace
 
 import pytest
-from pytestqt.qtbot import QtBot
 
 from annotations.fitting.pose_fit import ToolFit
 from annotations.geometry.boxes import Box
@@ -141,20 +139,6 @@ def test_handles_follow_the_drag(boxes_session: Session) -> None:
         80.0,
         90.0,
     )
-
-
-def test_what_the_first_fit_needs_is_loaded_beside_everything_else(
-    qtbot: QtBot, empty_session: Session, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    loaded_in: list[str] = []
-    monkeypatch.setattr(
-        "annotator.session.tool_body.prepare_fitting",
-        lambda: loaded_in.append(threading.current_thread().name),
-    )
-    empty_session.prepare_fit()
-    qtbot.waitUntil(lambda: not empty_session.jobs.running)
-    assert loaded_in
-    assert loaded_in[0] != threading.main_thread().name
 
 
 @pytest.mark.parametrize("mode", ["place", "pose"])

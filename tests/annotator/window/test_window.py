@@ -1,5 +1,6 @@
 import subprocess
 import sys
+import threading
 
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
@@ -8,6 +9,7 @@ from PySide6.QtWidgets import QAbstractButton, QDockWidget, QLabel, QLineEdit, Q
 
 from annotator.actions.table import ACTIONS
 from annotator.settings import Settings
+from annotator.window import main_window
 from annotator.window.main_window import MainWindow
 
 
@@ -170,6 +172,25 @@ def test_frame_of_the_first_window_fits_on_the_screen(qtbot, empty_session, sett
     # A title bar of the usual systems is 24 to 48 pixels high.
     assert window.height() <= available.height() - 48
     assert window.width() < available.width()
+
+
+def test_a_volume_opens_while_what_the_fit_and_the_scene_need_is_loaded(
+    qtbot, make_window, empty_session, volume_path, monkeypatch
+):
+    begun, go_on = threading.Event(), threading.Event()
+
+    def load():
+        begun.set()
+        assert go_on.wait(10)
+
+    monkeypatch.setattr(main_window, "prepare_fitting", load)
+    window = make_window(empty_session)
+    window.prepare_scene()
+    window.open_path(volume_path)
+    qtbot.waitUntil(lambda: empty_session.volume is not None)
+    assert begun.is_set()
+    with qtbot.waitSignal(window.scene_prepared, timeout=30_000):
+        go_on.set()
 
 
 def test_what_only_fits_snaps_and_demos_need_is_not_imported_with_the_window():
