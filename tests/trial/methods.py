@@ -34,18 +34,28 @@ def by_keypoints(person: Person, session: Session, truth: ToolPose, tool: ToolSp
 
 
 def by_boxes(person: Person, session: Session, truth: ToolPose, tool: ToolSpecification) -> None:
-    """Click both ends of each link from above, drag them to their depth, and turn the box about its axis."""
+    """Click both ends of each link from above, drag them to their depth, then see to the boxes' roll.
+
+    Where the check says how far the boxes are to be turned, its button does it; else their knobs do.
+    """
     person.press(Qt.Key.Key_P)
-    boxes = link_boxes(truth, tool)
-    for number, link in enumerate(tool.links):
-        handles = box_handles(boxes[link.name], link.color, free=False)
+    wanted = {}
+    for number, (name, box) in enumerate(link_boxes(truth, tool).items()):
+        handles = box_handles(box, tool.link(name).color, free=False)
         seen_um = person.see({handle.name: handle.position_um for handle in handles})
         person.click(TOP, seen_um["base"])
         person.click(TOP, seen_um["tip"])
         person.press(Qt.Key(Qt.Key.Key_1 + number))
-        wanted = [replace(handle, position_um=seen_um[handle.name]) for handle in handles]
-        person.adjust(wanted, ("base", "tip", "roll"))
+        wanted[name] = [replace(handle, position_um=seen_um[handle.name]) for handle in handles]
+        person.adjust(wanted[name], ("base", "tip"))
         person.press(Qt.Key.Key_N)
+    person.wait(lambda: session.has_looked_for_mistakes)
+    if any(mistake.kind == "rolled" and mistake.turns_deg for mistake in session.mistakes):
+        person.push("mistake_correct_0")
+        return
+    for number, name in enumerate(wanted):
+        person.press(Qt.Key(Qt.Key.Key_1 + number))
+        person.adjust(wanted[name], ("roll",))
 
 
 def by_pose(person: Person, session: Session, truth: ToolPose, tool: ToolSpecification) -> None:

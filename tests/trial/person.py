@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QPushButton
 
 from annotations.geometry.frames import Vector, vector
 from annotator.session.handles import Handle
@@ -69,6 +69,19 @@ class Person:
         """Press a key over the slices."""
         self.done["key"] += 1
         QTest.keyClick(QApplication.focusWidget() or self._window, key, modifiers)
+        self._settle()
+
+    def push(self, name: str) -> None:
+        """Click a button of the window that is in sight, by the name of its widget."""
+        shown: list[QPushButton] = []
+
+        def is_shown() -> bool:
+            shown[:] = [each for each in self._window.findChildren(QPushButton, name) if each.isVisible()]
+            return bool(shown)
+
+        self.wait(is_shown, patience_s=5)
+        self.done["click"] += 1
+        QTest.mouseClick(shown[0], _LEFT)
         self._settle()
 
     def click(self, axis: int, position_um: Vector) -> None:
