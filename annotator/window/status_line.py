@@ -1,11 +1,10 @@
 """The line at the window's foot: the cursor's place, the mode, the spacing, whether all is saved."""
 
-from PySide6.QtCore import QEvent, Qt
-from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QStatusBar, QWidget
 
 from annotations.geometry.frames import Vector, um_to_voxel
-from annotator.looks import theme
-from annotator.looks.labels import ElidedText
+from annotator.looks.labels import ColoredLabel, ElidedText, PickColor
 from annotator.session import Session
 from annotator.session.click_meaning import is_active_locked
 from annotator.session.view import Mode, View
@@ -68,16 +67,8 @@ class StatusLine(QStatusBar):
         self._is_spacing_unknown = True
         self._draw_spacing()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._draw_mode()
-            self._draw_spacing()
-            self._draw_saved()
-            self._draw_annotator()
-
-    def _label(self, name: str, accessible_name: str) -> QLabel:
-        label = QLabel()
+    def _label(self, name: str, accessible_name: str) -> ColoredLabel:
+        label = ColoredLabel()
         label.setObjectName(name)
         label.setAccessibleName(accessible_name)
         label.setContentsMargins(6, 0, 6, 0)
@@ -129,8 +120,8 @@ class StatusLine(QStatusBar):
         self._mode.setVisible(self._session.volume is not None)
         mode = self._session.view.mode
         self._mode.setText(_MODES[mode])
-        colors = theme.colors(self.palette())
-        _paint(self._mode, "" if mode == "navigate" else colors.placing.name(), bold=mode != "navigate")
+        changes = mode != "navigate"
+        _paint(self._mode, (lambda colors: colors.placing) if changes else None, bold=changes)
 
     def _draw_spacing(self) -> None:
         spacing_um = self._session.spacing_um
@@ -139,9 +130,7 @@ class StatusLine(QStatusBar):
             numbers = " × ".join(f"{value:.6g}" for value in spacing_um)
             unknown = self._is_spacing_unknown
             self._spacing.setText("Spacing unknown: one unit per voxel" if unknown else f"{numbers} µm")
-            _paint(
-                self._spacing, theme.colors(self.palette()).warning.name() if unknown else "", bold=unknown
-            )
+            _paint(self._spacing, (lambda colors: colors.warning) if unknown else None, bold=unknown)
             self._spacing.setToolTip(f"Voxel spacing along x, y and z, {self._session.spacing_note}")
 
     def _draw_saved(self) -> None:
@@ -151,15 +140,14 @@ class StatusLine(QStatusBar):
         self._saved.setText("Unsaved" if unsaved else "Saved")
         where = f"The annotation is kept in {path}"
         self._saved.setToolTip(f"{where}; unsaved edits are in the recovery file" if unsaved else where)
-        colors = theme.colors(self.palette())
-        _paint(self._saved, colors.warning.name() if unsaved else colors.muted.name(), bold=False)
+        _paint(self._saved, lambda colors: colors.warning if unsaved else colors.muted)
 
     def _draw_annotator(self) -> None:
         name = self._session.annotator_name
         shown = self.fontMetrics().elidedText(name, Qt.TextElideMode.ElideRight, _LONGEST_NAME_PX)
         self._annotator.setText(shown)
         self._annotator.setToolTip(f"{name} annotates; the settings in the menu Edit change who does")
-        _paint(self._annotator, theme.colors(self.palette()).muted.name(), bold=False)
+        _paint(self._annotator, lambda colors: colors.muted)
 
     def _on_session_message_posted(self, message: str) -> None:
         self.showMessage(message, _MESSAGE_MS)
@@ -199,8 +187,8 @@ def _hinted(view: View) -> object:
     )
 
 
-def _paint(label: QLabel, color: str, *, bold: bool) -> None:
-    color_rule = f"color: {color};" if color else ""
-    style = f"QLabel {{ {color_rule} font-weight: {'bold' if bold else 'normal'}; }}"
-    if label.styleSheet() != style:
-        label.setStyleSheet(style)
+def _paint(label: ColoredLabel, pick: PickColor | None, *, bold: bool = False) -> None:
+    font = label.font()
+    font.setBold(bold)
+    label.setFont(font)
+    label.set_color(pick)

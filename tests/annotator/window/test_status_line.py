@@ -1,5 +1,6 @@
 import pytest
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QApplication, QLabel, QWidget
 
 from annotations.fitting.refine import Refinement
 from annotations.volumes import Ray
@@ -22,6 +23,11 @@ def text(line: StatusLine, name: str) -> str:
     return line.findChild(QWidget, name).text()
 
 
+def color(line: StatusLine, name: str) -> QColor:
+    label = line.findChild(QLabel, name)
+    return label.palette().color(label.foregroundRole())
+
+
 def with_boxes(qtbot, session) -> None:
     """Open the volume's boxes instead of its keypoints."""
     with qtbot.waitSignal(session.volume_changed):
@@ -40,7 +46,7 @@ def test_mode_shows(line, session):
     assert text(line, "status_hint") == ""
     session.set_mode("place")
     assert text(line, "status_mode") == "Placing"
-    assert "color" in line.findChild(QLabel, "status_mode").styleSheet()
+    assert color(line, "status_mode") == theme.colors(line.palette()).placing
     assert text(line, "status_hint") == "A click places k0"
 
 
@@ -141,11 +147,24 @@ def test_nothing_is_placed_where_nothing_is_open(line, session):
     assert not line.findChild(QLabel, "status_mode").isVisible()
 
 
-def test_colours_follow_the_theme(line):
-    line.say_spacing_is_unknown()
-    for dark in (True, False):
-        palette = theme.palette(dark=dark)
-        line.setPalette(palette)
-        colors = theme.colors(palette)
-        assert colors.warning.name() in line.findChild(QLabel, "status_spacing").styleSheet()
-        assert colors.muted.name() in line.findChild(QLabel, "status_annotator").styleSheet()
+def test_colours_follow_the_theme(line, session):
+    at_first = QApplication.palette()
+    try:
+        for dark in (True, False, True):
+            palette = theme.palette(dark=dark)
+            QApplication.setPalette(palette)
+            QApplication.processEvents()
+            colors, text_color = theme.colors(palette), palette.color(QPalette.ColorRole.WindowText)
+            assert color(line, "status_annotator") == colors.muted
+            # Plain text has the theme's own colour.
+            assert color(line, "status_spacing") == text_color
+            assert color(line, "status_mode") == text_color
+            session.set_mode("place")
+            assert color(line, "status_mode") == colors.placing
+            session.set_mode("navigate")
+        line.say_spacing_is_unknown()
+        QApplication.setPalette(theme.palette(dark=False))
+        QApplication.processEvents()
+        assert color(line, "status_spacing") == theme.colors(theme.palette(dark=False)).warning
+    finally:
+        QApplication.setPalette(at_first)
