@@ -5,13 +5,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from annotations.documents.annotation import Annotation, BoxAnnotation, Part
+from annotations.documents.annotation import Annotation
 from annotations.documents.files import DocumentError, completed, load_annotation, tool_of
 from annotations.documents.representations import keypoint_positions_um
+from annotations.documents.visibility import extent_um
 from annotations.documents.volume_link import compare, referenced_path
 from annotations.errors import UserError
 from annotations.geometry.angles import angle_deg
-from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolError, ToolSpecification
 from annotations.geometry.tool_library import find_tools
 from annotations.volumes import fingerprint, open_volume
@@ -76,7 +76,7 @@ def check_annotation(annotation: Annotation, tool: ToolSpecification) -> Iterato
     for part in annotation.parts:
         if part.state == "unplaced":
             continue
-        inside = [annotation.volume.contains(each_um) for each_um in _extent_um(part)]
+        inside = [annotation.volume.contains(each_um) for each_um in extent_um(part)]
         called = "its position" if kind == "keypoint" else "its box, from end to end,"
         if all(inside) and part.state == "out_of_view":
             yield Finding(kind, f"{part.name} is out of view, but {called} is inside the volume")
@@ -115,13 +115,6 @@ def _check_hinges(annotation: Annotation, tool: ToolSpecification) -> Iterator[F
 
 def _kind(annotation: Annotation) -> str:
     return "keypoint" if annotation.method == "keypoints" else "box"
-
-
-def _extent_um(part: Part) -> tuple[Vector, ...]:
-    """Return the positions in µm that say whether a placed part is in view: of a box, ends and centre."""
-    if isinstance(part, BoxAnnotation):
-        return () if part.box is None else (part.box.base_um, part.box.center_um, part.box.tip_um)
-    return () if part.position_um is None else (part.position_um,)
 
 
 def _check_original(annotation: Annotation, path: Path) -> Iterator[Finding]:

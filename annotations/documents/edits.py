@@ -5,6 +5,7 @@ raises `EditRefused`, and nothing has changed.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from pydantic import ValidationError
@@ -20,6 +21,7 @@ from annotations.documents.annotation import (
     Status,
     changed,
 )
+from annotations.documents.visibility import box_extent_um, moved_state
 from annotations.errors import UserError, first_problem
 from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector
@@ -62,8 +64,8 @@ def place_box(document: Annotation, link: str, box: Box, source: Source) -> Anno
 def pose_tool(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Annotation:
     """Put every keypoint or box where a tool in a pose has it, as a person moved it there (``posed``).
 
-    Unplaced and fitted ones become ``placed``, or ``out_of_view`` where they are outside the volume; others
-    keep their state.
+    How each is seen follows from where it comes to lie (`moved_state`): what is ``occluded`` stays so in the
+    volume, and so does what was filled in from a fit, which nobody has seen.
     """
     locked = [part.name for part in document.parts if part.locked]
     if locked:
@@ -81,15 +83,14 @@ def pose_tool(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> 
             # A cross-section that a person has measured is not the specification's to change.
             size_um = (box.size_um[0], *part.size_um[1:]) if part.size_um else box.size_um
             fields |= {"center_um": box.center_um, "size_um": size_um, "rotation_wxyz": box.rotation_wxyz}
-            where_um = box.center_um
+            lies_um = box_extent_um(box)
         else:
             if part.name not in positions_um:
                 continue
-            where_um = positions_um[part.name]
-            fields["position_um"] = where_um
-        if _is_unjudged(part):
-            fields["state"] = _state_at(document, where_um, "placed")
-        document = _with_part(document, part, **fields)
+            fields["position_um"] = positions_um[part.name]
+            lies_um = (positions_um[part.name],)
+        state = moved_state(document.volume, lies_um, part)
+        document = _with_part(document, part, state=state, **fields)
     return document
 
 
@@ -103,7 +104,7 @@ def fill_in(document: Annotation, fitted_um: Mapping[str, Vector]) -> Annotation
         is_open = keypoint.state == "unplaced" or (keypoint.source == "fitted" and keypoint.state != "placed")
         if is_open and not keypoint.locked and keypoint.name in fitted_um:
             position_um = fitted_um[keypoint.name]
-            state = _state_at(document, position_um, "occluded")
+            state: State = "occluded" if document.volume.contains(position_um) else "out_of_view"
             document = _with_part(document, keypoint, state=state, position_um=position_um, source="fitted")
     return document
 
@@ -111,26 +112,27 @@ def fill_in(document: Annotation, fitted_um: Mapping[str, Vector]) -> Annotation
 def refine(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Annotation:
     """Move what is placed to where a pose that was polished against the volume has it (``refined``).
 
-    Unplaced and locked parts stay as they are, and so does how each is seen; what was filled in from a fit
-    moves along, and is ``fitted`` still.
+    Unplaced and locked parts stay as they are. How each is seen follows from where it comes to lie
+    (`moved_state`); what was filled in from a fit moves along, and is ``fitted`` still.
     """
     positions_um, boxes = keypoints_um(pose, tool), link_boxes(pose, tool)
     for part in document.parts:
         if part.state == "unplaced" or part.locked:
             continue
-        source: Source = "fitted" if part.source == "fitted" else "refined"
+        fields: dict[str, Any] = {"source": "fitted" if part.source == "fitted" else "refined"}
         if isinstance(part, BoxAnnotation):
-            if part.link in boxes:
-                box = boxes[part.link]
-                document = _with_part(
-                    document,
-                    part,
-                    center_um=box.center_um,
-                    rotation_wxyz=box.rotation_wxyz,
-                    source=source,
-                )
-        elif part.name in positions_um:
-            document = _with_part(document, part, position_um=positions_um[part.name], source=source)
+            if part.link not in boxes or part.box is None:
+                continue
+            box = replace(boxes[part.link], size_um=part.box.size_um)
+            fields |= {"center_um": box.center_um, "rotation_wxyz": box.rotation_wxyz}
+            lies_um = box_extent_um(box)
+        else:
+            if part.name not in positions_um:
+                continue
+            fields["position_um"] = positions_um[part.name]
+            lies_um = (positions_um[part.name],)
+        state = moved_state(document.volume, lies_um, part)
+        document = _with_part(document, part, state=state, **fields)
     return document
 
 
@@ -205,10 +207,6 @@ def set_status(document: Annotation, status: Status) -> Annotation:
 def _is_unjudged(part: Part) -> bool:
     """Say whether no person has said yet where a part is."""
     return part.state == "unplaced" or part.source == "fitted"
-
-
-def _state_at(document: Annotation, position_um: Vector, inside: State) -> State:
-    return inside if document.volume.contains(position_um) else "out_of_view"
 
 
 def _called(part: Part) -> str:

@@ -6,7 +6,14 @@ from functools import partial
 
 import pytest
 
-from annotations.documents.annotation import Annotation, BoxAnnotation, Method, changed, with_all_parts
+from annotations.documents.annotation import (
+    Annotation,
+    BoxAnnotation,
+    Method,
+    State,
+    changed,
+    with_all_parts,
+)
 from annotations.documents.edits import (
     EditRefused,
     clear,
@@ -85,19 +92,71 @@ def test_a_pose_puts_every_part_where_the_tool_has_it(
     assert pose_tool(posed, forceps, pose) is posed
 
 
-def test_a_pose_keeps_how_a_part_is_seen_and_judges_new_ones(
+def test_a_pose_keeps_what_was_said_and_says_of_each_part_whether_it_is_in_view(
     by_keypoints: Annotation, forceps: ToolSpecification, pose: ToolPose
 ) -> None:
     said = set_certainty(set_state(by_keypoints, "k1", "occluded"), "k1", "unsure")
-    said = fill_in(clear(clear(said, "k0"), "k5"), {"k0": HERE_UM})
-    aside = replace(pose, position_um=(7000.0, 100.0, 6000.0))
-    posed = pose_tool(said, forceps, aside)
+    said = clear(said, "k5")
+    posed = pose_tool(said, forceps, replace(pose, position_um=(7000.0, 100.0, 6000.0)))
     outside = {name for name, position_um in posed.positions_um.items() if position_um[1] < 0}
-    assert len(outside & {"k0", "k5"}) == 1
-    assert (posed.keypoint("k1").state, posed.keypoint("k1").certainty) == ("occluded", "unsure")
-    for name in ("k0", "k5"):
-        assert posed.keypoint(name).state == ("out_of_view" if name in outside else "placed")
-        assert posed.keypoint(name).source == "posed"
+    assert 0 < len(outside) < 5
+    expected = {name: "out_of_view" if name in outside else "placed" for name in posed.positions_um}
+    if "k1" not in outside:
+        expected["k1"] = "occluded"
+    assert {part.name: part.state for part in posed.parts} == expected
+    assert {part.source for part in posed.parts} == {"posed"}
+    assert posed.keypoint("k1").certainty == "unsure"
+
+
+@pytest.mark.parametrize("method", ["keypoints", "boxes"])
+@pytest.mark.parametrize("move", [pose_tool, refine])
+def test_what_comes_back_into_view_is_placed(
+    by_keypoints: Annotation,
+    by_boxes: Annotation,
+    forceps: ToolSpecification,
+    pose: ToolPose,
+    method: Method,
+    move: Callable[[Annotation, ToolSpecification, ToolPose], Annotation],
+) -> None:
+    document = by_keypoints if method == "keypoints" else by_boxes
+    name = document.parts[1].name
+    document = set_state(document, name, "occluded")
+    assert move(document, forceps, pose).part(name).state == "occluded"
+    gone = move(document, forceps, replace(pose, position_um=(7000.0, 60_000.0, 6000.0)))
+    assert {part.state for part in gone.parts} == {"out_of_view"}
+    assert {part.state for part in move(gone, forceps, pose).parts} == {"placed"}
+
+
+@pytest.mark.parametrize("state", ["placed", "occluded", "out_of_view"])
+@pytest.mark.parametrize("move", [pose_tool, refine])
+def test_of_a_box_that_is_moved_partly_out_of_view_stays_what_was_said(
+    by_boxes: Annotation,
+    forceps: ToolSpecification,
+    pose: ToolPose,
+    state: State,
+    move: Callable[[Annotation, ToolSpecification, ToolPose], Annotation],
+) -> None:
+    x_um, y_um, z_um = pose.position_um
+    to_edge = (x_um, y_um - by_boxes.placed_boxes["link0"].base_um[1] - 500.0, z_um)
+    moved = move(set_state(by_boxes, "link0", state), forceps, replace(pose, position_um=to_edge))
+    box = moved.placed_boxes["link0"]
+    assert [moved.volume.contains(end_um) for end_um in (box.base_um, box.tip_um)] == [False, True]
+    assert moved.part("link0").state == state
+
+
+def test_what_was_filled_in_is_not_seen_because_it_was_moved(
+    by_keypoints: Annotation, forceps: ToolSpecification, pose: ToolPose
+) -> None:
+    said = fill_in(clear(clear(by_keypoints, "k4"), "k5"), {"k4": HERE_UM, "k5": THERE_UM})
+    assert [said.keypoint(name).state for name in ("k4", "k5")] == ["occluded", "out_of_view"]
+    gone = replace(pose, position_um=(7000.0, 60_000.0, 6000.0))
+    for move, source in ((pose_tool, "posed"), (refine, "fitted")):
+        for to, state in ((pose, "occluded"), (gone, "out_of_view")):
+            moved = move(said, forceps, to)
+            for name in ("k4", "k5"):
+                assert (moved.keypoint(name).state, moved.keypoint(name).source) == (state, source)
+    posed = pose_tool(said, forceps, pose)
+    assert pose_tool(posed, forceps, pose) is posed
 
 
 def test_a_pose_keeps_the_cross_section_that_a_person_measured(
