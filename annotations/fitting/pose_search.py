@@ -32,8 +32,9 @@ _INDEPENDENT = 500
 """Most samples that count as independent: a real surface departs from an ideal one over whole patches."""
 _LEAST_SIGMA_UM = 20.0
 _MOST_STEPS = 8
-_LEAST_CHANGE, _SMALL_CHANGE = 0.01, 1e-3
-"""In standard deviations: with a smaller step it is done; and the step by which slopes are measured."""
+_LEAST_CHANGE, _SMALL_CHANGE, _AT_END = 0.01, 1e-3, 1e-3
+"""In standard deviations: with a smaller step it is done; the step by which slopes are measured; and what is
+no distance from the end of the range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,14 +72,24 @@ class PoseSearch:
         return np.array([_PLACED_UM] * 3 + [_TURNED_DEG] * 3 + [_BENT_DEG] * len(self.tool.joints))
 
     @property
+    def _range(self) -> Array:
+        bends_deg = [LARGEST_BEND_DEG] * len(self.tool.joints)
+        return np.array([LARGEST_SHIFT_UM] * 3 + [LARGEST_TURN_DEG] * 3 + bends_deg) / self._spreads
+
+    @property
     def limits(self) -> tuple[Array, Array]:
         """The least and the largest change."""
-        most = np.array([LARGEST_SHIFT_UM] * 3 + [LARGEST_TURN_DEG] * 3)
         angles_deg = np.array([self.start.angles_deg[joint.name] for joint in self.tool.joints])
         joints_deg = np.array([joint.limits_deg for joint in self.tool.joints]).reshape(-1, 2)
-        low = np.append(-most, np.maximum(joints_deg[:, 0] - angles_deg, -LARGEST_BEND_DEG))
-        high = np.append(most, np.minimum(joints_deg[:, 1] - angles_deg, LARGEST_BEND_DEG))
-        return low / self._spreads, high / self._spreads
+        to_limits = (joints_deg - angles_deg[:, np.newaxis]) / self._spreads[6:, np.newaxis]
+        low, high = -self._range, self._range
+        low[6:] = np.maximum(to_limits[:, 0], low[6:])
+        high[6:] = np.minimum(to_limits[:, 1], high[6:])
+        return low, high
+
+    def has_ended(self, change: Array) -> bool:
+        """Say whether a change goes as far as any may; a joint at its own limit is a pose like any other."""
+        return bool(np.any(np.abs(change) > self._range - _AT_END))
 
     def pose(self, change: Array) -> ToolPose:
         """Return the pose after a change."""

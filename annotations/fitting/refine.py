@@ -20,9 +20,12 @@ from annotations.volumes import SpacingUm, Volume
 
 Array = NDArray[np.float64]
 
-_READINGS = ((1.0, 0.6), (1.0, 0.6, 0.4, 0.25))
+_FIRST_SHARES, _SHARES = (1.0, 0.6), (1.0, 0.6, 0.4, 0.25)
 """Shares of the reach within which samples count, less and less. The volume is read around the tool as it was
 placed, and again around where it lies by then: the links at its end may have been further off."""
+_LEAST_READINGS, _MOST_READINGS = 2, 4
+_SETTLED_UM = 20.0
+"""It is read no more once it moves no keypoint further than this."""
 _LEAST_FACING = 0.5
 """Cosine from which a surface is expected to be seen: steeper ones may return too little light."""
 _LEAST_SHARE, _THIN_SHARE = 0.1, 0.7
@@ -35,7 +38,6 @@ _CHANGES = (
     "how it is turned about its own axis",
     *("its direction",) * 2,
 )
-_AT_LIMIT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ class Refinement:
     surface_rms_before_um, surface_rms_after_um : float
         Root mean square of the distances of the same surface samples from the tool before and after.
     remark : str
-        Where the evidence is thin, in whole sentences; empty where it is not.
+        Where the evidence is thin, where the tool moved far, and whether refining again may bring it nearer,
+        in whole sentences; empty where there is no such thing.
     """
 
     pose: ToolPose
@@ -90,7 +93,9 @@ def refine_pose(
     Samples of the surface (`surface_samples`) are drawn to the tool's body by least squares of their signed
     distances, weighted by J. W. Tukey's biweight, in rounds that look less and less far. What the volume
     does not tell stays as it was placed, for each change has a cost of its own; the joints keep their
-    limits, and no link or joint goes further than the limits of `annotations.fitting.pose_search`.
+    limits. The volume is read anew around where the tool lies by then, until it settles or has been read four
+    times; where it went as far as `annotations.fitting.pose_search` lets it, the search begins again from
+    there.
 
     Parameters
     ----------
@@ -115,7 +120,7 @@ def refine_pose(
         The file can no longer be read.
     """
     order = depth_last(volume.depth_axis)
-    search = PoseSearch.about(_along(order, pose), tool)
+    start = search = PoseSearch.about(_along(order, pose), tool)
     bodies = search.bodies(search.unchanged)
     if not bodies:
         raise UserError(
@@ -125,7 +130,10 @@ def refine_pose(
     # No further than the tool is thick, so that what lies below it is not taken for it.
     reach_um = min(LARGEST_SHIFT_UM, *(2 * float(body.half_size_um.min()) for body in bodies.values()))
     change, left = search.unchanged, np.ones(len(search.unchanged))
-    for number, shares in enumerate(_READINGS):
+    for number in range(_MOST_READINGS):
+        if search.has_ended(change):
+            search, change = PoseSearch.about(search.pose(change), tool), search.unchanged
+        read = search.pose(change)
         samples = surface_samples(
             volume,
             spacing_um,
@@ -136,10 +144,14 @@ def refine_pose(
         )
         if not number:
             change = search.lowered(samples, reach_um)
-        for share in shares:
+        for share in _SHARES if number else _FIRST_SHARES:
             change, left = search.improved(change, samples, share * reach_um)
+        moved_um = max(_moves_um(read, search.pose(change), tool).values())
+        is_settled = moved_um <= _SETTLED_UM and not search.has_ended(change)
+        if is_settled and number + 1 >= _LEAST_READINGS:
+            break
     progress(1.0)
-    near_um = _READINGS[-1][-1] * reach_um
+    near_um = _SHARES[-1] * reach_um
     support = _support(search.bodies(change), samples, near_um)
     if unseen := [name for name, each in support.items() if each.found < _LEAST_SHARE * each.sought]:
         # What lies where an unseen link should be is chance: it must not bend the tool.
@@ -154,20 +166,30 @@ def refine_pose(
             remedy="Bring the tool nearer to what the volume shows, and check the volume's depth axis",
         )
     refined = _along(tuple(np.argsort(order)), search.pose(change))
-    before_um, after_um = keypoints_um(pose, tool), keypoints_um(refined, tool)
     surface_um = search.near(change, samples, near_um)
     return Refinement(
         pose=refined,
-        moves_um={name: math.dist(before_um[name], after_um[name]) for name in after_um},
+        moves_um=_moves_um(pose, refined, tool),
         support=support,
-        surface_rms_before_um=_rms(search.distances_um(search.unchanged, surface_um)),
+        surface_rms_before_um=_rms(start.distances_um(start.unchanged, surface_um)),
         surface_rms_after_um=_rms(search.distances_um(change, surface_um)),
-        remark=" ".join([*_of_support(support), *_of_what_is_left(left, tool), *_of_limits(change, search)]),
+        remark=" ".join(
+            [
+                *_of_support(support),
+                *_of_what_is_left(left, tool),
+                *_of_the_way(has_left=search is not start, is_settled=is_settled),
+            ]
+        ),
     )
 
 
 def _tell(progress: Callable[[float], None], number: int, share: float) -> None:
-    progress((number + share) / len(_READINGS))
+    progress((number + share) / _MOST_READINGS)
+
+
+def _moves_um(before: ToolPose, after: ToolPose, tool: ToolSpecification) -> dict[str, float]:
+    before_um, after_um = keypoints_um(before, tool), keypoints_um(after, tool)
+    return {name: math.dist(before_um[name], after_um[name]) for name in after_um}
 
 
 def _along(order: Sequence[int], pose: ToolPose) -> ToolPose:
@@ -214,10 +236,8 @@ def _of_what_is_left(left: Array, tool: ToolSpecification) -> Iterator[str]:
         yield f"The volume does not show {' or '.join(unseen)}: there it stays about as it was placed."
 
 
-def _of_limits(change: Array, search: PoseSearch) -> Iterator[str]:
-    low, high = search.limits
-    # Where a joint stands at its own limit, that is a pose like any other.
-    if np.any(
-        np.isclose(change[:6], low[:6], atol=_AT_LIMIT) | np.isclose(change[:6], high[:6], atol=_AT_LIMIT)
-    ):
-        yield "It moved as far as it may: look whether it lies on the tool."
+def _of_the_way(*, has_left: bool, is_settled: bool) -> Iterator[str]:
+    if has_left:
+        yield "It moved far: look whether it lies on the tool."
+    if not is_settled:
+        yield "It was moving still: refining again may bring it nearer."

@@ -160,6 +160,25 @@ def test_a_tool_in_full_view_needs_no_remark(level: Case) -> None:
     assert level.refined().remark == ""
 
 
+@pytest.mark.parametrize("by_deg", [-20.0, 20.0])
+def test_a_joint_that_was_placed_far_off_is_found_in_one_go(level: Case, by_deg: float) -> None:
+    angles_deg = {"theta1": 20.0, "theta2": 30.0 + by_deg}
+    case = replace(level, start=replace(level.start, angles_deg=angles_deg))
+
+    found = case.refined()
+
+    assert case.errors_um(found.pose).max() < 40
+    assert found.remark == "It moved far: look whether it lies on the tool."
+
+
+def test_what_is_not_yet_settled_is_told(level: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("annotations.fitting.refine._MOST_READINGS", 1)
+
+    found = level.refined()
+
+    assert found.remark == "It was moving still: refining again may bring it nearer."
+
+
 def test_an_unsteady_start_beyond_a_joints_limits_ends_within_them(make: Make) -> None:
     pose = ToolPose((9000.0, 12000.0, 3500.0), LEVEL, {"theta1": 20.0, "theta2": 0.0})
     scene = Scene(FORCEPS, pose, SceneSeed(2), GRID)
