@@ -193,7 +193,7 @@ ANNOTATE_ACTIONS: tuple[Action, ...] = (
         "Free Cross-section",
         "Annotate/Resize the Box",
         ("C",),
-        "Let the active box change its width and height; otherwise they are the specification's.",
+        "Let the active box change its width and height; otherwise they are held as they are.",
         "box",
         checkable=True,
         separated=True,

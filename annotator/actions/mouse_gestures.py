@@ -40,6 +40,12 @@ GESTURES: tuple[Gesture, ...] = (
         "Propose a position on the surface; the slices go there. Return keeps it, a second click "
         "from another angle settles its depth, Esc drops it",
     ),
+    Gesture(
+        "Scene",
+        "Click again from the same angle (placing a box)",
+        "Keep the end that is proposed, half the link's height beneath the surface, and propose the next: "
+        "the tip, or after it the base of the next box",
+    ),
     Gesture("Scene", "Click another box (placing)", "Make its link the active one"),
     Gesture("Scene", "Drag a handle (placing)", "Move, turn or resize the active box; Esc takes it back"),
     Gesture(

@@ -75,7 +75,7 @@ def _met_by_active(session: Session) -> Iterator[When]:
     yield "active"
     if active.anchor_um is not None:
         yield "positioned"
-        yield from ("box", "turnable") if document.method == "boxes" else ("keypoint",)
+        yield "box" if document.method == "boxes" else "keypoint"
 
 
 def _met_by_body(session: Session) -> Iterator[When]:
@@ -83,7 +83,10 @@ def _met_by_body(session: Session) -> Iterator[When]:
     if document is None:
         return
     if session.view.mode == "pose":
-        yield from ("posing", "turnable")
+        yield "posing"
+    if session.view.mode == "pose" or document.method == "boxes":
+        # Of boxes even where none is active that could be turned: the session says so.
+        yield "turnable"
     if any(part.anchor_um is not None for part in document.parts):
         yield "positions"
         if document.method == "keypoints":

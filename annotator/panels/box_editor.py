@@ -96,7 +96,7 @@ class BoxEditor(QWidget):
         )
         self._size.number_requested.connect(self._on_size_number_requested)
         self._free = named(QCheckBox("Free cross-section"), "box_free_cross_section")
-        self._free.setToolTip("Let this box change its width and height; otherwise they are the tool's")
+        self._free.setToolTip("Let this box change its width and height; otherwise they are held as they are")
         self._free.clicked.connect(self._on_free_clicked)
         self._turn_over = named(QPushButton("Turn over"), "box_turn_over", tooltip=_TURN_OVER)
         self._turn_over.clicked.connect(self._on_turn_over_clicked)

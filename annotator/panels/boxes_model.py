@@ -30,7 +30,7 @@ class Column(IntEnum):
 
 
 SIZES = (Column.LENGTH, Column.WIDTH, Column.HEIGHT)
-FIXED_SECTION = "The cross-section is the tool's: tick “Free cross-section” to change it"
+FIXED_SECTION = "The cross-section is held as it is: tick “Free cross-section” to change it"
 """Why width and height cannot be changed."""
 
 # There is no room for it in the headings; buttons above the table say it.

@@ -10,12 +10,13 @@ from annotations.documents.annotation import Annotation, BoxAnnotation, Source
 from annotations.documents.edits import EditRefused
 from annotations.geometry.boxes import Box, box_between
 from annotations.geometry.frames import Vector, vector
+from annotations.volumes import Ray
+from annotator.session import placing
 from annotator.session.box_handles import box_dragged, resized, rolled, turned
 from annotator.session.editing import SessionEditing
-from annotator.session.placing import nudged
 from annotator.session.view import Draft
 
-_LOCKED_SECTION = "the cross-section of {} is fixed: unlock it to change width or height"
+_FIXED_SECTION = "The cross-section of {} is fixed: press C to free it"
 
 
 class SessionBoxes(SessionEditing):
@@ -38,13 +39,47 @@ class SessionBoxes(SessionEditing):
             return None
         part = document.part(name)
         if part.locked:
-            self._refuse(EditRefused(f"the box of {name} is locked", remedy="Unlock it to change it"))
+            self._refuse(EditRefused(f"The box of {name} is locked", remedy="Unlock it to change it"))
             return None
         if part.anchor_um is not None:
             self.message_posted.emit(f"{name} has its box: drag its handles, or clear it to click it anew")
             return None
         link = tool.link(name)
         return link.base if self._view.first_end_um is None else link.tip
+
+    def pick_ray(self, ray: Ray) -> None:
+        """Take a click in the scene; from the angle of the last one, it agrees to the end proposed by that.
+
+        So a second click proposes the other end, and a third one places the box and goes on to the next.
+        """
+        preview = self._view.preview
+        agrees = (
+            self._active_part() is not None
+            and preview is not None
+            and preview.ray is not None
+            and placing.is_seen_alike(preview.ray, ray)
+        )
+        if not agrees:
+            super().pick_ray(ray)
+        elif (position_um := self._met_by(ray)) is not None:
+            self.keep_preview()
+            part = self._active_part()
+            is_open = part is not None and part.anchor_um is None
+            if is_open and (name := self.keypoint_to_place()) is not None:
+                self._propose(name, position_um, ray)
+
+    def keep_preview(self) -> None:
+        """Put the previewed position into the document; of a box, the end of its axis beneath it."""
+        preview, part, tool = self._view.preview, self._active_part(), self.tool
+        if preview is None or preview.ray is None or part is None or tool is None:
+            super().keep_preview()
+            return
+        # A single ray meets the surface of the link, and the ends of a box lie on its axis: without this, the
+        # box would stand half out of the tool. Two rays from different angles are aimed at the middle of what
+        # is seen from each, and cross on the axis: an end that they settle stays where it is.
+        half_height_um = tool.link(part.link).cross_section_um[1] / 2
+        beneath_um = np.add(preview.position_um, half_height_um * np.asarray(preview.ray.direction))
+        self.place(vector(beneath_um), preview.source, preview.keypoint)
 
     def aim_second_end(self, position_um: Vector) -> None:
         """Show the box as a second click at a position would place it, unless the scene has proposed one."""
@@ -113,7 +148,7 @@ class SessionBoxes(SessionEditing):
             return
         part = self._changeable_box()
         if part is not None and part.box is not None:
-            moved_um = nudged(part.box.center_um, axis, voxels, spacing_um)
+            moved_um = placing.nudged(part.box.center_um, axis, voxels, spacing_um)
             self._change_box(part.link, replace(part.box, center_um=moved_um), "nudged", "Nudge")
 
     def turn(self, axis: int, turn_deg: float) -> None:
@@ -141,7 +176,7 @@ class SessionBoxes(SessionEditing):
         box, towards = part.box, np.sign(voxels)
         own = int(np.argmax(np.abs(box.axes[axis])))
         if own != 0 and part.link not in self._view.free_links:
-            self.message_posted.emit(_LOCKED_SECTION.format(part.link))
+            self.message_posted.emit(_FIXED_SECTION.format(part.link))
             return
         sense = float(np.sign(box.axes[axis, own]) * towards) * (1.0 if leading else -1.0)
         step_um = abs(voxels) * spacing_um[axis] * (1.0 if leading else -1.0)
@@ -212,9 +247,17 @@ class SessionBoxes(SessionEditing):
             following = self._next_unplaced()
             if following is not None:
                 self.activate(following)
-            self.message_posted.emit(
-                f"Two clicks do not tell the roll of {part.link}: turn it about its axis with its knob or X"
-            )
+            self.message_posted.emit(self._roll_untold(part.link))
+
+    def _roll_untold(self, link: str) -> str:
+        """Say that a box has just got a roll that nobody has seen, and how to give it the right one."""
+        untold = f"Two clicks do not tell the roll of {link}"
+        if self._document is None or self._view.active_part == link:
+            return f"{untold}: the check proposes it where the ends show it; or turn it with X or its knob"
+        number = [part.name for part in self._document.parts].index(link) + 1
+        return (
+            f"{untold}: once all boxes are placed the check proposes it; or press {number} and turn it with X"
+        )
 
     def _box_to(self, tip_um: Vector) -> Box | None:
         """Return the box from the first end to a second one, with the hinge that its parent suggests."""
@@ -246,7 +289,7 @@ class SessionBoxes(SessionEditing):
         section_um = present.size_um[1:] if present is not None else tool.link(link).cross_section_um
         may = link in self._view.free_links or np.allclose(box.size_um[1:], section_um, rtol=1e-9)
         if not may:
-            self.message_posted.emit(_LOCKED_SECTION.format(link))
+            self.message_posted.emit(_FIXED_SECTION.format(link))
         return bool(may)
 
     def _edit(self, text: str, edit: Callable[[Annotation], Annotation]) -> bool:
@@ -266,11 +309,18 @@ class SessionBoxes(SessionEditing):
         """Return the active box, as typed, if it can be changed; else say why not."""
         self._keep_typed_draft()
         part = self._active_part()
-        if part is None or part.box is None:
-            self.message_posted.emit("Choose a box that is placed")
+        if part is None:
+            self.message_posted.emit(
+                "Choose a box that is placed first: a number key, or its row in the table"
+            )
+            return None
+        if part.box is None:
+            self.message_posted.emit(
+                f"{part.link} has no box yet: place it first, or choose one that is placed"
+            )
             return None
         if part.locked:
-            self._refuse(EditRefused(f"the box of {part.link} is locked", remedy="Unlock it to change it"))
+            self._refuse(EditRefused(f"The box of {part.link} is locked", remedy="Unlock it to change it"))
             return None
         return part
 

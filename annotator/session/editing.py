@@ -105,7 +105,7 @@ class SessionEditing(SessionBody):
         if self._document is None:
             return
         if self._document.keypoint(keypoint).locked:
-            self._refuse(EditRefused(f"keypoint {keypoint} is locked", remedy="Unlock it to move it"))
+            self._refuse(EditRefused(f"Keypoint {keypoint} is locked", remedy="Unlock it to move it"))
             return
         self.look(preview=Preview(keypoint, vector(position_um), source), active_part=keypoint)
 
@@ -127,7 +127,7 @@ class SessionEditing(SessionBody):
     def pick_ray(self, ray: Ray) -> None:
         """Take a click in the scene: propose a depth, or settle the proposed one by a second ray."""
         name = self.keypoint_to_place()
-        if name is None or self.level is None:
+        if name is None:
             return
         preview = self._view.preview
         if preview is not None and preview.keypoint == name and preview.ray is not None:
@@ -136,13 +136,8 @@ class SessionEditing(SessionBody):
                 self.place(settled.position_um, "clicked", name)
                 return
             self.message_posted.emit(f"Depth not settled: {settled.reason}")
-        position_um = placing.depth_along_ray(self.level, ray, self._view)
-        if position_um is None:
-            self.message_posted.emit("Nothing above the opacity threshold lies under the click")
-            return
-        proposed = Preview(name, position_um, "clicked", ray)
-        self.look(preview=proposed, draft=None, crosshair_um=position_um)
-        self._refine(position_um, ray)
+        if (position_um := self._met_by(ray)) is not None:
+            self._propose(name, position_um, ray)
 
     def keypoint_to_place(self) -> str | None:
         """Return the keypoint that a click places; None where it places nothing, and a message says why."""
@@ -151,7 +146,7 @@ class SessionEditing(SessionBody):
             self.message_posted.emit("Choose a keypoint first: a number key, or its row in the table")
             return None
         if self._document.part(name).locked:
-            self._refuse(EditRefused(f"keypoint {name} is locked", remedy="Unlock it to move it"))
+            self._refuse(EditRefused(f"Keypoint {name} is locked", remedy="Unlock it to move it"))
             return None
         return name
 
@@ -240,7 +235,19 @@ class SessionEditing(SessionBody):
         begin = names.index(active) + 1 if active in names else 0
         return next((part.name for part in parts[begin:] + parts[:begin] if part.anchor_um is None), None)
 
-    def _refine(self, position_um: Vector, ray: Ray) -> None:
+    def _met_by(self, ray: Ray) -> Vector | None:
+        """Return what a click in the scene meets, in µm; None where that is nothing, and a message says so."""
+        if self.level is None:
+            return None
+        position_um = placing.depth_along_ray(self.level, ray, self._view)
+        if position_um is None:
+            self.message_posted.emit("Nothing above the opacity threshold lies under the click")
+        return position_um
+
+    def _propose(self, keypoint: str, position_um: Vector, ray: Ray) -> None:
+        """Propose what a click in the scene has met, and read its depth more sharply."""
+        proposed = Preview(keypoint, position_um, "clicked", ray)
+        self.look(preview=proposed, draft=None, crosshair_um=position_um)
         if self.volume is not None and self.spacing_um is not None and self.level is not None:
             self._refiner.refine_ray(
                 self.volume, self.spacing_um, self.level.spacing_um, position_um, ray, self._view

@@ -126,11 +126,21 @@ def _smoothed(level: Level, window: tuple[float, float]) -> Level:
     return replace(level, data=smoothed)
 
 
+def is_seen_alike(first: Ray, second: Ray) -> bool:
+    """Say whether two clicks were made from about the same angle, so that they settle no depth.
+
+    In perspective the rays of one picture cross at the eye, at whatever angle.
+    """
+    if first.origin_um == second.origin_um:
+        return True
+    return closest_approach(first, second).angle_deg < SMALLEST_ANGLE_DEG
+
+
 def settle(first: Ray, second: Ray) -> Settled:
     """Return the point nearest to two rays, if they are far from parallel and pass near each other."""
-    approach = closest_approach(first, second)
-    if approach.angle_deg < SMALLEST_ANGLE_DEG:
+    if is_seen_alike(first, second):
         return Settled(None, "turn the volume further before the second click")
+    approach = closest_approach(first, second)
     if approach.gap_um > WIDEST_GAP_UM:
         return Settled(
             None, f"the two clicks miss each other by {approach.gap_um:.0f} µm: aim at the same spot"

@@ -29,6 +29,13 @@ def place_two(
     session.place(tip_um)  # type: ignore[arg-type]
 
 
+def click(qtbot: QtBot, session: Session, index: tuple[int, int, int]) -> None:
+    """Click in the scene, from above, at a voxel; and wait until the depth is read."""
+    above_um = np.array(index) * SPACING_UM - [0, 0, 5000]
+    session.pick_ray(Ray(tuple(above_um), (0.0, 0.0, 1.0)))
+    qtbot.waitUntil(lambda: not session.jobs.running)
+
+
 @pytest.fixture
 def placed(boxes_session: Session) -> Session:
     """A session in place mode, with the box of link 0 placed and active."""
@@ -60,10 +67,22 @@ def test_two_clicks_place_a_box_as_one_edit(boxes_session: Session, messages: li
     assert session.document.part("link0").source == "clicked"  # type: ignore[union-attr]
     assert session.view.active_part == "link1"
     assert session.view.first_end_um is None
-    assert "do not tell the roll" in messages[-1]
+    assert messages[-1] == (
+        "Two clicks do not tell the roll of link0: once all boxes are placed the check proposes it; "
+        "or press 1 and turn it with X"
+    )
     assert session.undo_stack.count() == 1
     session.undo_stack.undo()
     assert session.document.placed_boxes == {}  # type: ignore[union-attr]
+
+
+def test_of_the_last_box_it_is_said_how_to_turn_it_as_it_stays_active(
+    boxes_session: Session, messages: list[str]
+) -> None:
+    for _ in range(3):
+        place_two(boxes_session)
+    assert boxes_session.view.active_part == "link2"
+    assert messages[-1].endswith("or turn it with X or its knob")
 
 
 def test_the_second_end_is_shown_before_it_is_clicked(boxes_session: Session) -> None:
@@ -173,15 +192,111 @@ def test_the_scene_places_a_box_by_two_proposals(qtbot: QtBot, boxes_session: Se
     session = boxes_session
     session.set_mode("place")
     for index, name in (((15, 20, 20), "k0"), ((25, 40, 20), "k1")):
-        target_um = np.array(index) * SPACING_UM
-        session.pick_ray(Ray(tuple(target_um - [0, 0, 5000]), (0.0, 0.0, 1.0)))
-        qtbot.waitUntil(lambda: not session.jobs.running)
+        click(qtbot, session, index)
         assert session.view.preview is not None
         assert session.view.preview.keypoint == name
         session.keep_preview()
         assert session.view.preview is None
     assert box_of(session).base_um[:2] == pytest.approx((15 * 15.9, 20 * 13.5))
     assert box_of(session).tip_um[:2] == pytest.approx((25 * 15.9, 40 * 13.5))
+
+
+def test_an_end_that_the_scene_proposed_is_kept_on_the_axis_beneath_the_surface(
+    qtbot: QtBot, boxes_session: Session
+) -> None:
+    session = boxes_session
+    session.set_mode("place")
+    click(qtbot, session, (15, 20, 20))
+    assert session.view.preview is not None
+    x_um, y_um, z_um = session.view.preview.position_um
+    session.keep_preview()
+    # The links of the tool are 4 mm high.
+    assert session.view.first_end_um == pytest.approx((x_um, y_um, z_um + 2000.0))
+
+
+def test_a_second_click_from_the_same_angle_keeps_the_base_and_proposes_the_tip(
+    qtbot: QtBot, boxes_session: Session, messages: list[str]
+) -> None:
+    session = boxes_session
+    session.set_mode("place")
+    click(qtbot, session, (15, 20, 20))
+    base_um = session.view.preview.position_um  # type: ignore[union-attr]
+    click(qtbot, session, (25, 40, 20))
+    assert session.view.preview is not None
+    assert session.view.preview.keypoint == "k1"
+    assert session.view.first_end_um == pytest.approx(np.add(base_um, (0.0, 0.0, 2000.0)))
+    assert session.undo_stack.count() == 0
+    tip_um = session.view.preview.position_um
+    session.keep_preview()
+    assert box_of(session).tip_um == pytest.approx(np.add(tip_um, (0.0, 0.0, 2000.0)))
+    assert not [message for message in messages if "Depth not settled" in message]
+
+
+def test_a_third_click_places_the_box_and_proposes_the_next_base(
+    qtbot: QtBot, boxes_session: Session
+) -> None:
+    session = boxes_session
+    session.set_mode("place")
+    for index in ((12, 20, 20), (18, 30, 20), (24, 40, 20)):
+        click(qtbot, session, index)
+    assert box_of(session).tip_um[:2] == pytest.approx((18 * 15.9, 30 * 13.5))
+    assert session.undo_stack.count() == 1
+    assert session.view.active_part == "link1"
+    assert session.view.first_end_um is None
+    assert session.view.preview is not None
+    assert session.view.preview.keypoint == "k2"
+    assert session.view.preview.position_um[:2] == pytest.approx((24 * 15.9, 40 * 13.5))
+
+
+def test_after_the_last_box_a_click_in_the_scene_only_keeps_its_tip(
+    qtbot: QtBot, boxes_session: Session, messages: list[str]
+) -> None:
+    session = boxes_session
+    session.set_mode("place")
+    for _ in range(2):
+        place_two(session)
+    for index in ((12, 20, 20), (18, 30, 20), (24, 40, 20)):
+        click(qtbot, session, index)
+    assert box_of(session, "link2").tip_um[:2] == pytest.approx((18 * 15.9, 30 * 13.5))
+    assert session.view.preview is None
+    assert "roll of link2" in messages[-1]
+
+
+def test_a_click_beside_everything_keeps_nothing(
+    qtbot: QtBot, boxes_session: Session, messages: list[str]
+) -> None:
+    session = boxes_session
+    session.set_mode("place")
+    click(qtbot, session, (15, 20, 20))
+    proposed = session.view.preview
+    click(qtbot, session, (500, 20, 20))
+    assert messages[-1].startswith("Nothing above the opacity threshold")
+    assert session.view.preview == proposed
+    assert session.view.first_end_um is None
+
+
+def test_a_tip_at_the_base_is_proposed_anew(qtbot: QtBot, boxes_session: Session) -> None:
+    session = boxes_session
+    session.set_mode("place")
+    for index in ((15, 20, 20), (15, 20, 20), (25, 40, 20)):
+        click(qtbot, session, index)
+    assert session.document is not None
+    assert not session.document.placed_boxes
+    assert session.view.preview is not None
+    assert session.view.preview.keypoint == "k1"
+    assert session.view.preview.position_um[:2] == pytest.approx((25 * 15.9, 40 * 13.5))
+
+
+def test_a_second_click_from_another_angle_settles_the_end_where_the_two_cross(
+    qtbot: QtBot, boxes_session: Session
+) -> None:
+    session = boxes_session
+    session.set_mode("place")
+    target_um = np.array([25.0, 25.0, 25.0]) * SPACING_UM
+    for direction in ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)):
+        session.pick_ray(Ray(tuple(target_um - 5000 * np.array(direction)), direction))
+    assert session.view.first_end_um == pytest.approx(target_um)
+    assert session.view.preview is None
 
 
 def test_a_placed_box_is_not_clicked_anew(placed: Session, messages: list[str]) -> None:
@@ -286,7 +401,7 @@ def test_a_locked_box_refuses_every_change(
     placed.set_locked("link0", True)
     before = placed.document
     change(placed)
-    assert "the box of link0 is locked" in messages[-1]
+    assert messages[-1].startswith("The box of link0 is locked")
     assert placed.document is before
     assert placed.view.draft is None
     assert placed.handles() == ()
@@ -330,7 +445,7 @@ def test_the_cross_section_is_fixed_until_it_is_freed(placed: Session, messages:
     before = placed.document
     wider = replace(box_of(placed), size_um=(500.0, 4100.0, 4000.0))
     placed.move_face(2, 1, leading=True)
-    assert "cross-section of link0 is fixed" in messages[-1]
+    assert messages[-1] == "The cross-section of link0 is fixed: press C to free it"
     placed.type_box("link0", wider)
     assert "cross-section of link0 is fixed" in messages[-1]
     assert placed.document is before
@@ -383,7 +498,10 @@ def test_keys_say_so_where_no_box_is_placed(
     boxes_session: Session, messages: list[str], change: Callable[[Session], None]
 ) -> None:
     change(boxes_session)
-    assert "Choose a box that is placed" in messages[-1]
+    assert messages[-1] == "link0 has no box yet: place it first, or choose one that is placed"
+    boxes_session.activate(None)
+    change(boxes_session)
+    assert "Choose a box that is placed first" in messages[-1]
     assert boxes_session.undo_stack.count() == 0
 
 

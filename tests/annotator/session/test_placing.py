@@ -60,6 +60,12 @@ def test_two_rays_through_one_point_settle_on_it(
         assert settled.position_um is None
 
 
+def test_two_rays_of_one_picture_in_perspective_settle_nothing_at_the_eye() -> None:
+    aside = Ray(DOWN.origin_um, (0.4, 0.0, 1.0))
+    assert placing.is_seen_alike(DOWN, aside)
+    assert placing.settle(DOWN, aside).position_um is None
+
+
 def test_rays_that_miss_each_other_settle_nothing_and_say_by_how_much() -> None:
     second = Ray((-500.0, 100.0 + placing.WIDEST_GAP_UM + 1, 0.0), (1.0, 0.0, 0.0))
     settled = placing.settle(DOWN, second)
