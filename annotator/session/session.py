@@ -41,6 +41,7 @@ class Session(SessionSaving):
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
         super().__init__(options, parent)
         self._looking: Job | None = None
+        self._derived_words = ""
         self._opener = VolumeOpener(
             self.jobs,
             options.spacing_override_um,
@@ -134,11 +135,10 @@ class Session(SessionSaving):
         except UserError as error:
             self.error_raised.emit(error)
         else:
-            self.set_method(method)
             left_out = f"; without {', '.join(derived.left_out)}" if derived.left_out else ""
-            self.message_posted.emit(
-                f"{derived.path.name} follows from {original.name}, which stays{left_out}"
-            )
+            # To be said once it is open: until then a message is about the other document.
+            self._derived_words = f"{derived.path.name} follows from {original.name}, which stays{left_out}"
+            self.set_method(method)
 
     def set_annotator_name(self, name: str) -> None:
         """Annotate as another person: what is open is saved, and the list is read anew for that person."""
@@ -334,6 +334,9 @@ class Session(SessionSaving):
             return
         self.worklist_changed.emit()
         self._levels.load_averaged(opened.found.volume, opened.spacing_um)
+        if self._derived_words:
+            self.message_posted.emit(self._derived_words)
+            self._derived_words = ""
         for warning in opened.warnings:
             self.error_raised.emit(warning)
         if request.recovery is not None:
@@ -360,6 +363,7 @@ class Session(SessionSaving):
             self.error_raised.emit(error)
 
     def _on_opener_failed(self, request: OpeningRequest, error: Exception) -> None:
+        self._derived_words = ""
         # What is open stays; but of a study whose first volume is bad, a person wants to see the others.
         if request.worklist.is_folder and request.worklist is not self._worklist and self.close_volume():
             self._set_worklist(request.worklist, None)

@@ -7,11 +7,19 @@ from annotations.geometry.frames import Vector, um_to_voxel
 from annotator.looks.labels import ColoredLabel, ElidedText, PickColor
 from annotator.session import Session
 from annotator.session.click_meaning import is_active_locked
-from annotator.session.view import Mode, View
+from annotator.session.view import Mode, Preview, View
 
 _MESSAGE_MS = 8000
 _LONGEST_NAME_PX = 160
 _SETTLING = "Return keeps {0}, a click from another angle settles its depth, Esc drops it"
+_BASE_PROPOSED = (
+    "Return or a click on the tip keeps the base of {0}, a click from another angle settles its depth, "
+    "Esc drops it"
+)
+_TIP_PROPOSED = (
+    "Return or the next click places {0}, a click from another angle settles the depth of its tip, "
+    "Esc drops both ends"
+)
 _PROPOSED = "Return keeps {0} here, Esc drops it"
 _DRAGGED = "Letting go keeps {0} here, Esc drops it"
 _DRAFTED = "Letting go keeps it here, Esc takes it back"
@@ -91,7 +99,7 @@ class StatusLine(QStatusBar):
         elif view.overlays_hidden:
             hint = _ALL_HIDDEN
         elif view.preview is not None and view.preview.ray is not None:
-            hint = _SETTLING.format(view.preview.keypoint)
+            hint = self._proposed_hint(view.preview)
         elif view.preview is not None and view.preview.source == "dragged":
             hint = _DRAGGED.format(view.preview.keypoint)
         elif view.preview is not None:
@@ -107,6 +115,12 @@ class StatusLine(QStatusBar):
         elif view.mode == "place" and view.active_part is not None:
             hint = self._placing_hint().format(view.active_part)
         self._hint.setText(hint)
+
+    def _proposed_hint(self, proposed: Preview) -> str:
+        document, view = self._session.document, self._session.view
+        if document is None or document.method == "keypoints":
+            return _SETTLING.format(proposed.keypoint)
+        return (_BASE_PROPOSED if view.first_end_um is None else _TIP_PROPOSED).format(view.active_part)
 
     def _placing_hint(self) -> str:
         if is_active_locked(self._session):
@@ -154,8 +168,9 @@ class StatusLine(QStatusBar):
 
     def _on_session_view_changed(self, before: View, after: View) -> None:
         if _hinted(before) != _hinted(after):
-            if after.preview is not None and before.preview is None:
-                # An older message would hide what to do with the proposal.
+            begins = after.preview is not None and before.preview is None
+            # An older message would hide what to do with a proposal, or go on speaking of one that is gone.
+            if begins or (before.refinement is not None and after.refinement is None):
                 self.clearMessage()
             self._draw_hint()
             self._draw_mode()
@@ -168,6 +183,8 @@ class StatusLine(QStatusBar):
         self._draw_annotator()
 
     def _on_session_volume_changed(self) -> None:
+        # It was about another document.
+        self.clearMessage()
         self._draw_all()
 
     def _on_session_save_state_changed(self) -> None:

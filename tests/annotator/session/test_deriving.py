@@ -55,6 +55,7 @@ def test_boxes_follow_from_keypoints_and_are_opened(
     assert original is not None
     assert session.unsaved
     session.derive()
+    assert messages == [], "it is said of the document that it is about, once that is open"
     wait_for_method(qtbot, session, "boxes")
     document = session.document
     assert document is not None

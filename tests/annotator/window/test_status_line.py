@@ -64,6 +64,31 @@ def test_proposal_says_what_can_be_done_with_it(line, session):
     assert "hidden" in text(line, "status_hint")
 
 
+def test_two_clicks_in_the_scene_say_what_each_of_them_does(qtbot, line, session):
+    with_boxes(qtbot, session)
+    session.set_mode("place")
+    ray = Ray((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    session.look(preview=Preview("k0", A_UM, "clicked", ray))
+    assert "a click on the tip keeps the base of link0" in text(line, "status_hint")
+    session.look(preview=Preview("k1", A_UM, "clicked", ray), first_end_um=(900.0, 405.0, 235.0))
+    assert "the next click places link0" in text(line, "status_hint")
+
+
+def test_no_message_outlives_the_proposal_or_the_document_that_it_is_about(qtbot, line, session):
+    session.set_mode("pose")
+    session.preview_angle("theta1", 20.0, is_typed=True)
+    session.keep_draft()
+    session.look(refinement=Refinement(session.tool_pose, {}, {}, 2.0, 1.0, ""))
+    line.showMessage("Refined: Return accepts the proposal, Esc rejects it")
+    session.accept_refinement()
+    assert line.currentMessage() == ""
+    session.set_mode("navigate")
+    session.set_status("done")
+    assert line.currentMessage().startswith("Done")
+    with_boxes(qtbot, session)
+    assert line.currentMessage() == ""
+
+
 def test_message_shows(line, session):
     session.activate("k0")
     session.snap("edge")
