@@ -71,7 +71,7 @@ def pose_tool(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> 
     if locked:
         raise EditRefused(
             f"{', '.join(locked)} {'is' if len(locked) == 1 else 'are'} locked",
-            remedy="Unlock them to move the tool as a whole",
+            remedy=f"Unlock {'it' if len(locked) == 1 else 'them'} to move the tool as a whole",
         )
     positions_um, boxes = keypoints_um(pose, tool), link_boxes(pose, tool)
     for part in document.parts:
@@ -210,7 +210,7 @@ def _is_unjudged(part: Part) -> bool:
 
 
 def _called(part: Part) -> str:
-    return f"{'the box of' if isinstance(part, BoxAnnotation) else 'keypoint'} {part.name}"
+    return f"{'The box of' if isinstance(part, BoxAnnotation) else 'Keypoint'} {part.name}"
 
 
 def _part(document: Annotation, name: str) -> Part:
@@ -219,7 +219,7 @@ def _part(document: Annotation, name: str) -> Part:
     except KeyError:
         kind = "keypoint" if document.method == "keypoints" else "box"
         known = ", ".join(part.name for part in document.parts)
-        raise EditRefused(f"there is no {kind} {name!r}; the document has {known}") from None
+        raise EditRefused(f"There is no {kind} {name!r}; the document has {known}") from None
 
 
 def _unlocked(document: Annotation, name: str) -> Part:

@@ -74,7 +74,7 @@ def test_a_locked_box_refuses_every_change(
     by_boxes: Annotation, edit: Callable[[Annotation], Annotation]
 ) -> None:
     locked = lock(by_boxes, "link1", True)
-    with pytest.raises(EditRefused, match=r"the box of link1 is locked\. Unlock it to change it"):
+    with pytest.raises(EditRefused, match=r"The box of link1 is locked\. Unlock it to change it"):
         edit(locked)
     assert edit(lock(locked, "link1", False)) != by_boxes
 
@@ -200,7 +200,7 @@ def test_what_is_filled_in_is_never_placed(document: Annotation) -> None:
 
 def test_what_is_filled_in_is_placed_by_a_person_alone(document: Annotation) -> None:
     filled = fill_in(document, {"k1": HERE_UM})
-    with pytest.raises(EditRefused, match="keypoint k1 was filled in from the fit, and nobody has seen it"):
+    with pytest.raises(EditRefused, match="Keypoint k1 was filled in from the fit, and nobody has seen it"):
         set_state(filled, "k1", "placed")
     assert set_state(filled, "k1", "out_of_view").keypoint("k1").source == "fitted"
     assert place_keypoint(filled, "k1", HERE_UM, "dragged").keypoint("k1").state == "placed"
@@ -231,6 +231,6 @@ def test_refining_makes_no_observation_of_what_was_filled_in(
 def test_a_fitted_box_is_placed_once_a_person_places_it(by_boxes: Annotation) -> None:
     part = changed(by_boxes.part("link1"), state="occluded", source="fitted")
     fitted = changed(by_boxes, boxes=(by_boxes.boxes[0], part, by_boxes.boxes[2]))
-    with pytest.raises(EditRefused, match="the box of link1 was filled in from the fit"):
+    with pytest.raises(EditRefused, match="The box of link1 was filled in from the fit"):
         set_state(fitted, "link1", "placed")
     assert place_box(fitted, "link1", BOX, "dragged").part("link1").state == "placed"

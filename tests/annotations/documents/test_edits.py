@@ -184,7 +184,7 @@ def test_an_edit_that_changes_nothing_is_none(document: Annotation) -> None:
 )
 def test_a_locked_keypoint_refuses_every_change(document: Annotation, edit: Edit) -> None:
     locked = lock(place_keypoint(document, "k2", HERE_UM, "clicked"), "k2", True)
-    with pytest.raises(EditRefused, match=r"keypoint k2 is locked\. Unlock it to change it"):
+    with pytest.raises(EditRefused, match=r"Keypoint k2 is locked\. Unlock it to change it"):
         edit(locked)
     edit(lock(locked, "k2", False))
 
@@ -211,7 +211,7 @@ def test_a_relabelling_that_is_none_is_refused(document: Annotation) -> None:
     placed = place_keypoint(document, "k2", HERE_UM, "clicked")
     with pytest.raises(EditRefused, match="k2 cannot change places"):
         relabel(placed, {"k2": "k4"})
-    with pytest.raises(EditRefused, match=r"keypoint k2 is locked\. Unlock it to change it"):
+    with pytest.raises(EditRefused, match=r"Keypoint k2 is locked\. Unlock it to change it"):
         relabel(lock(placed, "k2", True), {"k2": "k4", "k4": "k2"})
 
 
@@ -242,7 +242,7 @@ def test_an_unknown_keypoint_is_refused(document: Annotation) -> None:
 
 @pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
 def test_a_position_is_finite(document: Annotation, wrong: float) -> None:
-    with pytest.raises(EditRefused, match=r"keypoint k2: position_um\.1: Input should be a finite number"):
+    with pytest.raises(EditRefused, match=r"Keypoint k2: position_um\.1: Input should be a finite number"):
         place_keypoint(document, "k2", (0.0, wrong, 0.0), "clicked")
 
 

@@ -299,7 +299,7 @@ def test_a_locked_keypoint_holds_the_whole_tool(
     before = posed.document
     change(posed)
     assert "k3 is locked" in messages[-1]
-    assert "Unlock them to move the tool as a whole" in messages[-1]
+    assert "Unlock it to move the tool as a whole" in messages[-1]
     assert posed.document is before
     assert posed.view.draft is None
 
