@@ -30,7 +30,8 @@ class Finding:
     ----------
     kind : str
         ``file``, ``tool``, ``volume``, ``shape``, ``dtype``, ``fingerprint``, ``spacing``, ``keypoint``,
-        ``box``, ``link`` or ``original``.
+        ``box``, ``link`` or ``original``; of the command line, which asks the tool's fit as well, also
+        ``plausibility``.
     problem : str
         What was found.
     """

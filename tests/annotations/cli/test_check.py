@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 
 from annotations.cli import main
+from annotations.geometry.kinematics import ToolPose, keypoints_um
+from annotations.geometry.rotations import from_yaw_pitch_roll
+from annotations.geometry.tool_library import shipped_tools
 from annotations.volumes import write_sidecar
 
 Fields = dict[str, Any]
+FORCEPS = shipped_tools()["magnetic-forceps"]
 
 
 def kinds(fields: Fields) -> list[str]:
@@ -154,6 +158,41 @@ def test_an_implausible_link_is_found(truth_path: Path, rewrite: Callable[..., N
 
     assert code == 1
     assert "link" in kinds(fields)
+
+
+def _swap_first(fields: Fields) -> None:
+    first, second = fields["keypoints"][:2]
+    first["position_um"], second["position_um"] = second["position_um"], first["position_um"]
+
+
+def _open_too_far(fields: Fields) -> None:
+    rotation = from_yaw_pitch_roll(80.0, 0.0, 90.0)
+    pose = ToolPose((8000.0, 9000.0, 5000.0), rotation, {"theta1": 20.0, "theta2": 120.0})
+    positions_um = keypoints_um(pose, FORCEPS)
+    for keypoint in fields["keypoints"]:
+        keypoint["position_um"] = list(positions_um[keypoint["name"]])
+
+
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        (_swap_first, "exchange its ends, k0 and k1"),
+        (_open_too_far, "theta2 would be 120°, beyond its limit of 90°"),
+    ],
+)
+def test_what_the_tool_cannot_look_like_is_found(
+    truth_path: Path,
+    rewrite: Callable[..., None],
+    run_json: Any,
+    edit: Callable[[Fields], None],
+    said: str,
+) -> None:
+    rewrite(edit)
+
+    code, [fields], _ = run_json("check", truth_path)
+
+    assert (code, kinds(fields)) == (1, ["plausibility"])
+    assert said in fields["findings"][0]["problem"]
 
 
 def test_output_is_json_also_when_text_is_not_ascii(
