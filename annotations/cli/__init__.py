@@ -127,7 +127,8 @@ def _parser() -> argparse.ArgumentParser:
         commands,
         "check",
         "find what is wrong with annotation files",
-        "Check each annotation file, and whether its volume is there and still the one that was annotated.",
+        "Check each annotation file, whether the tool can look like that, and whether its volume is there "
+        "and still the one that was annotated.",
     )
     check.add_argument("files", nargs="+", type=Path, metavar="FILE", help="an annotation file (.json)")
 
@@ -184,7 +185,8 @@ def _angle(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
     if not math.isfinite(angle_deg):
         raise argparse.ArgumentTypeError(f"{text!r} is not an angle")
-    return angle_deg
+    # Without the sign of a negative zero, which would be written down and shown.
+    return angle_deg + 0.0
 
 
 def _at_least(least: int) -> Callable[[str], int]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from annotations.cli.documents import load_with_tool
 from annotations.cli.output import complain, for_each, write_json, write_text
 from annotations.documents.annotation import Annotation
-from annotations.documents.conversion import keypoints_without_box, to_boxes, to_keypoints
+from annotations.documents.conversion import keypoints_without_box, sibling_path, to_boxes, to_keypoints
 from annotations.documents.files import save_annotation
 from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown, roll_evidence
@@ -20,6 +20,13 @@ def run(arguments: argparse.Namespace) -> int:
 
     def convert(path: Path) -> None:
         # Before the work, so that the message is about the file and not about a roll.
+        if arguments.output.is_dir():
+            name = sibling_path(path, arguments.to).name
+            raise UserError(
+                "it is a folder, and the new annotation is a file",
+                where=arguments.output,
+                remedy=f"Give the file's name too: -o {arguments.output / name}",
+            )
         if arguments.output.exists():
             raise UserError(
                 "there is a file already, and it is not overwritten",
@@ -61,13 +68,13 @@ def _boxes(
             roll_deg=arguments.roll_deg,
         )
     except RollUnknown as error:
-        options = " or ".join(f"--roll-deg {roll:.1f}" for roll in error.candidates_deg)
+        options = " or ".join(f"--roll-deg {roll:z.1f}" for roll in error.candidates_deg)
         remedy = f"Say which: {options}" if options else "Say it: --roll-deg R"
         raise UserError(error.problem, where=path, remedy=remedy) from error
     for evidence in roll_evidence(document.positions_um, tool):
         off_deg = None if arguments.roll_deg is None else evidence.contradiction_deg(arguments.roll_deg)
         if off_deg is not None:
-            shown = " or ".join(f"{roll:.1f}°" for roll in evidence.candidates_deg)
+            shown = " or ".join(f"{roll:z.1f}°" for roll in evidence.candidates_deg)
             complain(
                 UserError(
                     f"the bend shows a roll of {shown} for {evidence.link}, and the roll that was given is "

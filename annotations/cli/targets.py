@@ -71,7 +71,7 @@ def _in_words(path: Path, annotation: Annotation, tool: ToolSpecification, targe
         value = targets.angles_deg.get(angle.name)
         signed = targets.signed_angles_deg.get(angle.name)
         words = unknown if value is None else f"{value:.2f}°"
-        lines.append(f"  {angle.name:<11}  {words}" + ("" if signed is None else f", signed {signed:+.2f}°"))
+        lines.append(f"  {angle.name:<11}  {words}" + ("" if signed is None else f", signed {signed:+z.2f}°"))
     unseen = [
         f"{part.name} ({part.state.replace('_', ' ')}{', fitted' if part.source == 'fitted' else ''})"
         for part in annotation.parts
@@ -83,4 +83,4 @@ def _in_words(path: Path, annotation: Annotation, tool: ToolSpecification, targe
 
 
 def _numbers(values: Vector, form: str) -> str:
-    return ", ".join(f"{value:{form}}" for value in values)
+    return ", ".join(f"{value:z{form}}" for value in values)

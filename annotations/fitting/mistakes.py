@@ -246,7 +246,7 @@ def _in_words(
                 f"The box of {parts[0]} likely has its hinge's sense reversed: turn it half about its own x."
             )
         case "rolled":
-            turns = [f" by {turn_deg:+.0f}°" for turn_deg in turns_deg] or [""] * len(parts)
+            turns = [f" by {turn_deg:+z.0f}°" for turn_deg in turns_deg] or [""] * len(parts)
             boxes = _and(f"{part}{turn}" for part, turn in zip(parts, turns, strict=True))
             return f"Where the boxes end shows another roll: turn {boxes}, each about its own x."
         case "displaced":
@@ -254,7 +254,7 @@ def _in_words(
         case "beyond_limits":
             limits_deg = {joint.name: joint.limits_deg for joint in tool.joints}
             angles = _and(
-                f"{name} would be {angle_deg:.0f}°, beyond its limit of "
+                f"{name} would be {angle_deg:z.0f}°, beyond its limit of "
                 f"{limits_deg[name][0 if angle_deg < limits_deg[name][0] else 1]:g}°"
                 for name, angle_deg in beyond_limits_deg(verdict, chain).items()
             )

@@ -81,7 +81,7 @@ def _rival(
         return [OpenQuestion("direction", "", "Another pose, turned as a whole, fits the data as well.")]
     # The sense of the bend is the question where the greatest change is one of sign.
     name, angle_deg, other_deg = max(shown, key=_apart_deg)
-    told = " and ".join(f"{name} = {first:+.0f}° or {second:+.0f}°" for name, first, second in shown)
+    told = " and ".join(f"{name} = {first:+z.0f}° or {second:+z.0f}°" for name, first, second in shown)
     if angle_deg * other_deg < 0:
         text = f"The data fit two senses of the hinge alike: {told}."
         return [OpenQuestion("sense", name, text)]

@@ -50,7 +50,7 @@ class RollUnknown(UserError):  # noqa: N818 - named for what is missing
         self.candidates_deg = candidates_deg
         if candidates_deg:
             reason = "the bend shows the line of its hinge, but not the sense"
-            remedy = f"Say which roll it is: {' or '.join(f'{roll:.1f}°' for roll in candidates_deg)}"
+            remedy = f"Say which roll it is: {' or '.join(f'{roll:z.1f}°' for roll in candidates_deg)}"
         else:
             reason = "no clear bend shows it"
             remedy = "Say the roll in degrees"

@@ -129,4 +129,4 @@ def _explained(meaning: RollMeaning, link: str) -> str:
 
 
 def _degrees(angle_deg: float) -> str:
-    return f"{angle_deg:+.1f}°".replace("-", "−")
+    return f"{angle_deg:+z.1f}°".replace("-", "−")

@@ -129,6 +129,6 @@ class AnnotationPanel(QWidget):
         origin = document.derived_from if document is not None else None
         self._origin.setVisible(origin is not None)
         if origin is not None:
-            roll = f", roll {origin.roll_deg:.1f}°" if origin.roll_deg is not None else ""
+            roll = f", roll {origin.roll_deg:z.1f}°" if origin.roll_deg is not None else ""
             self._origin.setText(f"Derived from {PurePosixPath(origin.path).name}{roll}")
             self._origin.setToolTip(f"From the {origin.method} in {origin.path}")

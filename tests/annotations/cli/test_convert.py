@@ -156,6 +156,36 @@ def test_nothing_is_overwritten(
     assert out.read_text() == "mine"
 
 
+def test_a_folder_is_no_place_for_a_file(
+    truth_path: Path, repose: Callable[..., None], run_json: Any
+) -> None:
+    repose(-30.0, 40.0)
+    folder = truth_path.parent
+
+    code, _, messages = run_json("convert", truth_path, "--to", "boxes", "-o", folder)
+
+    assert code == 1
+    assert f"{folder}: it is a folder" in messages
+    assert f"-o {folder / 'v001.boxes.json'}" in messages
+
+
+def test_no_zero_is_negative(truth_path: Path, out: Path, run_json: Any) -> None:
+    document, identity = load_annotation(truth_path)
+    pose = ToolPose(
+        (8000.0, 9000.0, 5000.0), from_yaw_pitch_roll(80.0, 10.0, -0.01), {"theta1": 30.0, "theta2": 0.0}
+    )
+    save_annotation(pose_tool(document, FORCEPS, pose), truth_path, expected=identity)
+    messages = run_json("convert", truth_path, "--to", "boxes", "-o", out)[2]
+    assert "--roll-deg 0.0" in messages
+    assert "-0.0" not in messages
+
+    assert run_json("convert", truth_path, "--to", "boxes", "--roll-deg=-0.0", "-o", out)[0] == 0
+
+    derivation = load(out).derived_from
+    assert derivation is not None
+    assert str(derivation.roll_deg) == "0.0"
+
+
 def test_the_same_method_is_refused(truth_path: Path, out: Path, run_json: Any) -> None:
     code, _, messages = run_json("convert", truth_path, "--to", "keypoints", "-o", out)
 

@@ -67,6 +67,12 @@ def test_esc_and_return_choose_none(qtbot: QtBot, choice: RollChoiceDialog) -> N
     assert choice.roll_deg is None
 
 
+def test_no_roll_is_a_negative_zero(qtbot: QtBot) -> None:
+    dialog = RollChoiceDialog("needle", (RollMeaning(-0.01, (0.0, 1.0, 0.0), {}),))
+    qtbot.addWidget(dialog)
+    assert button(dialog, "roll_0").text() == "Roll +0.0°"
+
+
 def test_a_tool_without_angles_is_explained_too(qtbot: QtBot) -> None:
     dialog = RollChoiceDialog("needle", (RollMeaning(0.0, (0.0, 1.0, 0.0), {}),))
     qtbot.addWidget(dialog)
