@@ -101,8 +101,7 @@ def fill_in(document: Annotation, fitted_um: Mapping[str, Vector]) -> Annotation
     seen them. Locked ones stay as they are.
     """
     for keypoint in document.keypoints:
-        is_open = keypoint.state == "unplaced" or (keypoint.source == "fitted" and keypoint.state != "placed")
-        if is_open and not keypoint.locked and keypoint.name in fitted_um:
+        if is_left_to_fit(keypoint) and keypoint.name in fitted_um:
             position_um = fitted_um[keypoint.name]
             state: State = "occluded" if document.volume.contains(position_um) else "out_of_view"
             document = _with_part(document, keypoint, state=state, position_um=position_um, source="fitted")
@@ -202,6 +201,12 @@ def lock(document: Annotation, name: str, locked: bool) -> Annotation:
 def set_status(document: Annotation, status: Status) -> Annotation:
     """Mark the document as done or in progress."""
     return document if document.status == status else changed(document, status=status)
+
+
+def is_left_to_fit(keypoint: KeypointAnnotation) -> bool:
+    """Say whether `fill_in` may place a keypoint: no person has, and it is not locked."""
+    is_open = keypoint.state == "unplaced" or (keypoint.source == "fitted" and keypoint.state != "placed")
+    return is_open and not keypoint.locked
 
 
 def _is_unjudged(part: Part) -> bool:

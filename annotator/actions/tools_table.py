@@ -8,7 +8,7 @@ TOOLS_ACTIONS: tuple[Action, ...] = (
         "Fill In Unseen Keypoints from the Fit",
         "Tools",
         ("Ctrl+I",),
-        "Give unplaced keypoints the position that the others imply: as occluded or out of view, not placed.",
+        "Give keypoints that nobody has placed the position that the others imply: occluded or out of view.",
         "keypoints",
     ),
     Action(

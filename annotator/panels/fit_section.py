@@ -89,18 +89,26 @@ class FitSection(QWidget):
         unplaced = (
             [] if document is None else [key.name for key in document.keypoints if key.state == "unplaced"]
         )
-        told = [name for name in unplaced if name in self._session.told_keypoints_um]
+        fillable = self._session.fillable_keypoints
+        untold = [name for name in unplaced if name not in fillable]
         self._fill_in.setVisible(by_keypoints)
-        self._fill_in.setEnabled(bool(told))
-        if not unplaced:
+        self._fill_in.setEnabled(bool(fillable))
+        is_again = bool(fillable) and not set(fillable) & set(unplaced)
+        self._fill_in.setText("Fill in again" if is_again else "Fill in from the fit")
+        left_out = f"What is placed does not tell where {', '.join(untold)} would be" if untold else ""
+        if is_again:
+            why = f"The fit has changed since {', '.join(fillable)} got its positions: take the new ones"
+        elif fillable:
+            why = (
+                f"Give {', '.join(fillable)} the fit's position, as occluded or out of view, never as placed"
+            )
+        elif not unplaced:
             why = "Every keypoint has a position"
         elif not has_fit:
             why = "There is no fit yet"
-        elif not told:
-            why = f"What is placed does not tell where {', '.join(unplaced)} would be"
         else:
-            why = f"Give {', '.join(told)} the fit's position, as occluded or out of view, never as placed"
-        self._fill_in.setToolTip(why)
+            why = ""
+        self._fill_in.setToolTip(". ".join(filter(None, (why, left_out if has_fit else ""))))
 
     @Slot()
     def _on_fill_in_clicked(self) -> None:

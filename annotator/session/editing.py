@@ -236,7 +236,7 @@ class SessionEditing(SessionBody):
         return next((part.name for part in parts[begin:] + parts[:begin] if part.anchor_um is None), None)
 
     def _met_by(self, ray: Ray) -> Vector | None:
-        """Return what a click in the scene meets, in µm; None where that is nothing, and a message says so."""
+        """Return what a click in the scene meets, in µm; None where it is nothing, which a message says."""
         if self.level is None:
             return None
         position_um = placing.depth_along_ray(self.level, ray, self._view)

@@ -1,5 +1,6 @@
 """The session's editing of the tool as one body: pose mode, filling in from the fit, refining."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
@@ -7,7 +8,7 @@ import numpy as np
 from PySide6.QtCore import QObject
 
 from annotations.documents import edits
-from annotations.documents.annotation import Source
+from annotations.documents.annotation import KeypointAnnotation, Source
 from annotations.documents.edits import EditRefused
 from annotations.errors import UserError
 from annotations.fitting.told_keypoints import told_keypoints_um
@@ -23,6 +24,8 @@ from annotator.session.view import Draft, Mode
 if TYPE_CHECKING:
     from annotations.fitting.refine import Refinement
 
+# Less than this a keypoint that was filled in may lie from where the fit has come to put it.
+_SAME_PLACE_UM = 5.0
 _NO_CLICKS = "In pose mode clicks place nothing: drag the tool's handles, or place with P"
 
 
@@ -137,8 +140,25 @@ class SessionPosing(SessionBoxes):
         fit, tool = self.tool_fit, self.tool
         return {} if fit is None or tool is None else told_keypoints_um(fit, tool)
 
+    @property
+    def fillable_keypoints(self) -> tuple[str, ...]:
+        """Names of the keypoints that `fill_in` would place, or place anew where the fit has changed."""
+        told_um = self.told_keypoints_um
+        return tuple(
+            keypoint.name
+            for keypoint in self._unseen_keypoints()
+            if keypoint.name in told_um
+            and (
+                keypoint.position_um is None
+                or math.dist(keypoint.position_um, told_um[keypoint.name]) > _SAME_PLACE_UM
+            )
+        )
+
     def fill_in(self) -> None:
-        """Give the keypoints that nobody can see the positions of the fit, where what is seen tells them."""
+        """Give the keypoints that nobody can see the positions of the fit, where what is seen tells them.
+
+        Those that were filled in from an earlier fit get their new positions.
+        """
         fit, document = self.tool_fit, self._document
         if document is None:
             return
@@ -147,15 +167,18 @@ class SessionPosing(SessionBoxes):
         elif fit is None:
             self.message_posted.emit("Too few keypoints are placed for a fit of the tool")
         else:
-            told_um = self.told_keypoints_um
+            names = self.fillable_keypoints
+            told_um = {name: self.told_keypoints_um[name] for name in names}
+            untold = [
+                part.name for part in self._unseen_keypoints() if part.name not in self.told_keypoints_um
+            ]
             self._edit("Fill in from the fit", lambda present: edits.fill_in(present, told_um))
-            if self._document is document:
-                untold = [part.name for part in document.parts if part.state == "unplaced"]
-                self.message_posted.emit(
-                    f"What is placed does not tell where {' and '.join(untold)} would be"
-                    if untold
-                    else "Nothing to fill in: every keypoint has been placed by you"
-                )
+            said = [f"Filled in {' and '.join(names)}"] if names else []
+            if untold:
+                said.append(f"What is placed does not tell where {' and '.join(untold)} would be")
+            self.message_posted.emit(
+                ". ".join(said) or "Nothing to fill in: every keypoint is where it should be"
+            )
 
     # Against the volume
 
@@ -209,6 +232,11 @@ class SessionPosing(SessionBoxes):
             for name, position_um in self.shown_positions_um().items()
             if name in proposed_um
         }
+
+    def _unseen_keypoints(self) -> list[KeypointAnnotation]:
+        """Return the keypoints that a fit may place, or place anew: nobody has."""
+        keypoints = self._document.keypoints if self._document is not None else ()
+        return [keypoint for keypoint in keypoints if edits.is_left_to_fit(keypoint)]
 
     def _bring_tool(self) -> None:
         """Show the tool at the crosshair where there is nothing to be taken hold of in pose mode."""

@@ -150,5 +150,15 @@ def test_unplaced_keypoints_are_filled_in_as_one_step(
     assert (filled.state, filled.source) == ("out_of_view", "fitted")
     assert not fill_in.isEnabled()
     assert "5 keypoints" in text(panel, "fit_rms"), "what was filled in is no evidence"
+    x_um, y_um, z_um = keypoints_um(BENT, session.tool)["k5"]  # type: ignore[arg-type]
+    session.place((x_um, y_um, z_um + 300.0), "clicked", "k5")
+    assert fill_in.isEnabled()
+    assert fill_in.text() == "Fill in again"
+    assert "has changed since k4" in fill_in.toolTip()
+    qtbot.mouseClick(fill_in, LEFT)
+    assert not fill_in.isEnabled()
+    for _ in range(2):
+        session.undo_stack.undo()
+    assert fill_in.text() == "Fill in from the fit"
     session.undo_stack.undo()
     assert fill_in.isEnabled()

@@ -349,8 +349,43 @@ def test_unseen_keypoints_are_filled_in_and_never_as_placed(session: Session, me
     assert filled.state == "out_of_view", "the tool is larger than the small volume"
     assert filled.position_um == pytest.approx(truth_um["k4"], abs=1.0)
     assert session.undo_stack.undoText() == "Fill in from the fit"
+    assert messages[-1] == "Filled in k4"
     session.fill_in()
     assert "Nothing to fill in" in messages[-1]
+
+
+def test_what_was_filled_in_goes_stale_and_is_filled_in_again(session: Session, messages: list[str]) -> None:
+    assert session.tool is not None
+    for name, position_um in keypoints_um(POSE, session.tool).items():
+        if name != "k4":
+            session.place(position_um, keypoint=name)
+    assert session.fillable_keypoints == ("k4",)
+    session.fill_in()
+    assert session.fillable_keypoints == ()
+    corrected = replace(POSE, position_um=tuple(np.add(POSE.position_um, 40.0)))
+    for name, position_um in keypoints_um(corrected, session.tool).items():
+        if name != "k4":
+            session.place(position_um, keypoint=name)
+    assert session.fillable_keypoints == ("k4",)
+    session.fill_in()
+    assert session.document is not None
+    filled = session.document.keypoint("k4")
+    assert filled.position_um == pytest.approx(keypoints_um(corrected, session.tool)["k4"], abs=1.0)
+    assert filled.source == "fitted"
+    assert messages[-1] == "Filled in k4"
+    session.set_locked("k4", True)
+    session.place(keypoints_um(POSE, session.tool)["k5"], keypoint="k5")
+    assert session.fillable_keypoints == (), "a locked one stays where it is"
+
+
+def test_what_a_fill_in_leaves_out_is_named(session: Session, messages: list[str]) -> None:
+    assert session.tool is not None
+    # Of link 1 one end is seen, of link 2 none.
+    for name, position_um in keypoints_um(POSE, session.tool).items():
+        if name in ("k0", "k1", "k3"):
+            session.place(position_um, keypoint=name)
+    session.fill_in()
+    assert messages[-1] == "Filled in k2. What is placed does not tell where k4 and k5 would be"
 
 
 def test_what_nothing_seen_tells_is_not_filled_in(session: Session, messages: list[str]) -> None:
