@@ -35,13 +35,20 @@ class SessionSaving(SessionCalibrating):
     def set_status(self, status: Status) -> None:
         """Mark the document as done, which saves it, or as in progress."""
         words = status.replace("_", " ")
+        self.settle_typing()
+        # Before the edit, after which they have to be looked for anew.
+        mistakes = self.mistakes if self.has_looked_for_mistakes else ()
         if not self._edit(f"Mark as {words}", lambda document: edits.set_status(document, status)):
             return
         if self.save() and status == "done" and self._document is not None:
             missing = [part.name for part in self._document.parts if part.anchor_um is None]
-            self.message_posted.emit(
-                f"Done, though {', '.join(missing)} have no position" if missing else "Done and saved"
-            )
+            doubts = []
+            if missing:
+                doubts.append(f"{', '.join(missing)} {'has' if len(missing) == 1 else 'have'} no position")
+            if mistakes:
+                doubts.append(f"the check says: {' '.join(mistake.text for mistake in mistakes)}")
+            though = f", though {', and '.join(doubts)}" if doubts else ""
+            self.message_posted.emit(f"Done and saved{though}")
 
     def _is_saved(self) -> bool:
         self.settle_typing()

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotations.volumes import read_sidecar, sidecar_path
 from annotator.session import Session
 from annotator.session.options import SessionOptions
@@ -284,4 +285,17 @@ def test_done_says_what_is_missing(qtbot: QtBot, session: Session) -> None:
     session.place((1.0, 2.0, 3.0))
     with qtbot.waitSignal(session.message_posted) as said:
         session.set_status("done")
-    assert "k1, k2, k3, k4, k5 have no position" in said.args[0]
+    assert said.args[0] == "Done and saved, though k1, k2, k3, k4, k5 have no position"
+
+
+def test_done_says_what_the_check_has_found(qtbot: QtBot, session: Session) -> None:
+    assert session.tool is not None
+    pose = ToolPose((3000.0, 4000.0, 2000.0), (1.0, 0.0, 0.0, 0.0), {"theta1": 40.0, "theta2": 25.0})
+    swapped = {"k0": "k1", "k1": "k0"}
+    for name, position_um in keypoints_um(pose, session.tool).items():
+        session.place(position_um, keypoint=swapped.get(name, name))
+    qtbot.waitUntil(lambda: session.has_looked_for_mistakes)
+    (mistake,) = session.mistakes
+    with qtbot.waitSignal(session.message_posted) as said:
+        session.set_status("done")
+    assert said.args[0] == f"Done and saved, though the check says: {mistake.text}"
