@@ -91,10 +91,7 @@ def pose_dragged(pose: ToolPose, tool: ToolSpecification, handle: str, to_um: Ve
         return turned(pose, 0, roll_to_deg(root.axes, -1.0, to - middle))
     joint = joint_named(tool, handle.removeprefix(BEND))
     hinge_um, hinge = _hinge(frames, joint)
-    across = (to - hinge_um) - ((to - hinge_um) @ hinge) * hinge
-    along = frames[joint.parent].axes[:, 0]
-    reference = along - (along @ hinge) * hinge
-    angle_deg = signed_angle_deg(reference, across, hinge)
+    angle_deg = signed_angle_deg(frames[joint.parent].axes[:, 0], to - hinge_um, hinge)
     return pose if math.isnan(angle_deg) else bent(pose, joint, angle_deg)
 
 
