@@ -11,7 +11,11 @@ from annotator.panels.mistake_readout import MistakeReading, mistake_readings, r
 from annotator.session import Session
 
 _FEWEST_POSITIONS = 3
-_TOO_FEW = f"From {_FEWEST_POSITIONS} positions on it is checked whether they go together."
+_TOO_FEW = {
+    "keypoints": f"From {_FEWEST_POSITIONS} positions on it is checked whether they go together.",
+    # Each gives two.
+    "boxes": "From 2 boxes on it is checked whether they go together.",
+}
 _SOUND = "Nothing implausible."
 _LOOKING = "Looking whether the positions go together…"
 _EVERY_ORDER = "Try every way in which keypoints may have been interchanged, not only two at a time: slower"
@@ -52,7 +56,7 @@ class MistakesSection(QWidget):
             return
         heading, readings = mistake_readings(self._session.mistakes, tool, document.method)
         has_looked = self._session.has_looked_for_mistakes
-        verdict = _TOO_FEW if not has_enough else _SOUND if has_looked else _LOOKING
+        verdict = _TOO_FEW[document.method] if not has_enough else _SOUND if has_looked else _LOOKING
         self._verdict.setText(heading if readings else verdict)
         is_told = bool(readings) or verdict == _SOUND
         self._verdict.set_color(None if is_told else lambda colors: colors.muted)

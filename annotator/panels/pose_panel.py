@@ -143,7 +143,8 @@ class PosePanel(QWidget):
 
 def _line(reading: Reading) -> Line:
     text = "\n".join(reading.texts) or reading.missing
-    return Line(f"pose_{reading.name}", reading.title, text, is_known=not reading.missing)
+    is_known = not reading.missing
+    return Line(f"pose_{reading.name}", reading.title, text, is_known=is_known, doubt=reading.doubt)
 
 
 def _note(document: Annotation, tool: ToolSpecification) -> str:

@@ -17,6 +17,8 @@ from annotations.geometry.tool import ToolSpecification
 
 _NARROW = "\N{NARROW NO-BREAK SPACE}"
 _MINUS = "\N{MINUS SIGN}"
+# By more a signed angle cannot differ in size from the unsigned one because somebody clicked a little off.
+_CONTRADICTION_DEG = 5.0
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,8 @@ class Reading:
         Why it is not known: ``needs k2, k3``.
     signed_deg : float or None
         Of an angle, where the hinge axis is known.
+    doubt : str
+        The signed angle, with what speaks against it, where it contradicts the unsigned one.
     """
 
     name: str
@@ -45,6 +49,7 @@ class Reading:
     texts: tuple[str, ...] = ()
     missing: str = ""
     signed_deg: float | None = None
+    doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -158,7 +163,8 @@ def _readings(document: Annotation, tool: ToolSpecification) -> tuple[Reading, .
     for angle in tool.targets.angles:
         links = [tool.link(angle.first), tool.link(angle.second)]
         corners = [end for link in links for end in (link.base, link.tip)]
-        readings.append(_angle(targets, angle.name, _absent(corners, document, tool)))
+        hinged = next((joint.parent for joint in tool.joints if joint.name == angle.name), angle.first)
+        readings.append(_angle(targets, angle.name, hinged, _absent(corners, document, tool)))
     return tuple(readings)
 
 
@@ -166,8 +172,8 @@ def _position(targets: PoseTargets, absent: Sequence[str]) -> Reading:
     name, title = "position_um", "Position"
     if targets.position_um is None:
         return Reading(name, title, missing=_needs(absent))
-    um = "  ".join(f"{value:.1f}" for value in targets.position_um)
-    mm = "  ".join(f"{value / 1000:.3f}" for value in targets.position_um)
+    um = "  ".join(f"{value:z.1f}" for value in targets.position_um)
+    mm = "  ".join(f"{value / 1000:z.3f}" for value in targets.position_um)
     return Reading(name, title, targets.position_um, (f"{um}{_NARROW}µm", f"{mm}{_NARROW}mm"))
 
 
@@ -175,20 +181,24 @@ def _orientation(targets: PoseTargets, ends: tuple[str, str], absent: Sequence[s
     name, title = "orientation", "Orientation"
     if targets.orientation is None:
         return Reading(name, title, missing=_needs(absent) or f"{ends[0]} and {ends[1]} are at one place")
-    # Adding zero turns −0.0 into 0.0.
-    text = "  ".join(f"{round(value, 4) + 0.0:.4f}" for value in targets.orientation)
+    text = "  ".join(f"{value:z.4f}" for value in targets.orientation)
     return Reading(name, title, targets.orientation, (text,))
 
 
-def _angle(targets: PoseTargets, angle: str, absent: Sequence[str]) -> Reading:
+def _angle(targets: PoseTargets, angle: str, hinged: str, absent: Sequence[str]) -> Reading:
+    """Write an angle; ``hinged`` is the link whose box has the hinge."""
     name, title = f"{angle}_deg", angle_title(angle)
     if angle not in targets.angles_deg:
         return Reading(name, title, missing=_needs(absent) or "the ends of a link are at one place")
     value, signed_deg = targets.angles_deg[angle], targets.signed_angles_deg.get(angle)
     text = f"{value:.2f}°"
-    if signed_deg is not None:
-        text += f"   signed {signed_text(signed_deg, 2)}"
-    return Reading(name, title, (value,), (text,), signed_deg=signed_deg)
+    if signed_deg is None:
+        return Reading(name, title, (value,), (text,))
+    signed = f"signed {signed_text(signed_deg, 2)}"
+    if abs(abs(signed_deg) - value) > _CONTRADICTION_DEG:
+        doubt = f"{signed}: the hinge of {hinged}'s box is not across the bend, see Check"
+        return Reading(name, title, (value,), (text,), signed_deg=signed_deg, doubt=doubt)
+    return Reading(name, title, (value,), (f"{text}   {signed}",), signed_deg=signed_deg)
 
 
 def angle_title(name: str) -> str:

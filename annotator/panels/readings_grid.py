@@ -21,12 +21,15 @@ class Line:
         For a person; the text may have several lines.
     is_known : bool
         Else the text says why it is not.
+    doubt : str
+        Below the value, in the colour of warnings; empty where there is none.
     """
 
     name: str
     title: str
     text: str
     is_known: bool = True
+    doubt: str = ""
 
 
 class ReadingsGrid(QWidget):
@@ -34,7 +37,7 @@ class ReadingsGrid(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._rows: list[tuple[QLabel, WrappedText]] = []
+        self._rows: list[tuple[QLabel, WrappedText, WrappedText]] = []
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setColumnStretch(1, 1)
@@ -43,12 +46,16 @@ class ReadingsGrid(QWidget):
     def show_lines(self, lines: Sequence[Line]) -> None:
         """Write the quantities."""
         self._fit_rows(len(lines))
-        for (title, value), line in zip(self._rows, lines, strict=True):
+        for (title, value, doubt), line in zip(self._rows, lines, strict=True):
             title.setText(line.title)
             value.setObjectName(line.name)
             value.setAccessibleName(line.title)
             value.setText(line.text)
             value.set_color(None if line.is_known else lambda colors: colors.muted)
+            doubt.setObjectName(f"{line.name}_doubt")
+            doubt.setAccessibleName(f"What speaks against {line.title}")
+            doubt.setText(line.doubt)
+            doubt.setVisible(bool(line.doubt))
 
     def _fit_rows(self, count: int) -> None:
         while len(self._rows) > count:
@@ -56,8 +63,10 @@ class ReadingsGrid(QWidget):
                 self._grid.removeWidget(label)
                 label.deleteLater()
         while len(self._rows) < count:
-            row = len(self._rows)
-            title, value = QLabel(), WrappedText()
+            row = 2 * len(self._rows)
+            title, value, doubt = QLabel(), WrappedText(), WrappedText()
+            doubt.set_color(lambda colors: colors.warning)
             self._grid.addWidget(title, row, 0, Qt.AlignmentFlag.AlignTop)
             self._grid.addWidget(value, row, 1)
-            self._rows.append((title, value))
+            self._grid.addWidget(doubt, row + 1, 1)
+            self._rows.append((title, value, doubt))

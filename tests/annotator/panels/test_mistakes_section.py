@@ -59,6 +59,13 @@ def test_with_few_positions_nothing_is_claimed(qtbot: QtBot, session: Session, p
     assert not found(panel, QPushButton, "mistakes_every_order").isEnabled()
 
 
+def test_of_boxes_it_is_said_how_many_can_be_checked(qtbot: QtBot, boxes_session: Session) -> None:
+    panel = PosePanel(boxes_session)
+    qtbot.addWidget(panel)
+    settle(qtbot, boxes_session)
+    assert found(panel, QLabel, "mistakes_verdict").text().startswith("From 2 boxes on")
+
+
 def test_a_sound_annotation_has_nothing_implausible(qtbot: QtBot, session: Session, panel: PosePanel) -> None:
     place_all(qtbot, session)
     assert found(panel, QLabel, "mistakes_verdict").text() == "Nothing implausible."

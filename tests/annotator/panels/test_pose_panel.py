@@ -111,6 +111,15 @@ def test_boxes_show_signed_angles_beside_the_published_ones(qtbot: QtBot, boxes_
     boxes_session.activate("link0")
     boxes_session.turn_over()
     assert text(panel, "theta1_deg") == "35.20°   signed +35.20°"
+    doubt = panel.findChild(QLabel, "pose_theta1_deg_doubt")
+    assert not doubt.isVisibleTo(panel)
+    boxes_session.turn(0, 90.0)
+    assert text(panel, "theta1_deg") == "35.20°"
+    assert doubt.isVisibleTo(panel)
+    assert "not across the bend" in doubt.text()
+    assert doubt.palette().color(doubt.foregroundRole()) == theme.colors(panel.palette()).warning
+    boxes_session.undo_stack.undo()
+    assert not doubt.isVisibleTo(panel)
     panel.copy_to_clipboard()
     assert "theta1_signed_deg\t35.2\n" in QApplication.clipboard().text()
 

@@ -20,6 +20,7 @@ from annotations.geometry.kinematics import ToolPose, link_boxes
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
 from annotator.panels.pose_readout import Reading, angle_title, pose_readout
+from annotator.session.box_handles import rolled
 
 FORCEPS = find_tool("magnetic-forceps")
 NEEDLE = find_tool("needle")
@@ -154,6 +155,29 @@ def test_boxes_give_signed_angles_beside_the_published_ones() -> None:
     assert "theta1_signed_deg" not in dict(
         line.split("\t") for line in pose_readout(placed(BENT), FORCEPS).table().splitlines()
     )
+
+
+def test_a_signed_angle_that_contradicts_the_unsigned_one_is_doubted() -> None:
+    boxes = link_boxes(ToolPose((5000.0, 6000.0, 4000.0), (1, 0, 0, 0), {"theta1": 47.33}), FORCEPS)
+
+    def theta1(rolled_deg: float) -> Reading:
+        document = posed(ToolPose((5000.0, 6000.0, 4000.0), (1, 0, 0, 0), {"theta1": 47.33}))
+        document = place_box(document, "link0", rolled(boxes["link0"], rolled_deg), "clicked")
+        return next(each for each in pose_readout(document, FORCEPS).targets if each.name == "theta1_deg")
+
+    assert theta1(15.0).doubt == ""
+    assert "signed" in theta1(15.0).texts[0]
+    wrong = theta1(90.0)
+    assert wrong.texts == ("47.33°",)
+    assert wrong.doubt == "signed 0.00°: the hinge of link0's box is not across the bend, see Check"
+    assert wrong.signed_deg == pytest.approx(0.0, abs=1e-9)
+
+
+def test_nothing_is_written_as_minus_zero() -> None:
+    origin = readings({name: (-0.01, -0.01, x) for name, (x, _, _) in BENT.items()})
+    assert origin["position_um"].texts[0].startswith("0.0")
+    assert origin["position_um"].texts[1].startswith("0.000")
+    assert origin["orientation"].texts == ("0.0000  0.0000  1.0000",)
 
 
 def test_absent_boxes_are_named_by_their_links() -> None:
