@@ -65,11 +65,25 @@ class QuietSpinBox(QDoubleSpinBox):
         else:
             event.ignore()
 
+    def textFromValue(self, value: float) -> str:
+        """Write a number; what rounds to zero has no sign."""
+        # Adding zero turns −0.0 into 0.0.
+        return super().textFromValue(round(value, self.decimals()) + 0.0)
+
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        """Refuse every comma: in pasted text it could mean thousands as well as decimals."""
+        """Refuse every comma: in pasted text it could mean thousands as well as decimals.
+
+        A minus can be typed where no negative number is allowed, and Enter brings the last number back: were
+        the key only refused, −5 would become 5.
+        """
         if "," in text:
             return (QValidator.State.Invalid, text, position)
-        return super().validate(text, position)
+        state, shown, at = super().validate(text, position)
+        if state == QValidator.State.Invalid and self.minimum() >= 0 and text.lstrip().startswith("-"):
+            positive, _, _ = super().validate(text.replace("-", "", 1), max(position - 1, 0))
+            if positive != QValidator.State.Invalid:
+                return (QValidator.State.Intermediate, text, position)
+        return (state, shown, at)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.text() == ",":

@@ -102,3 +102,22 @@ def test_stepping_settles_by_itself_and_typing_does_not(qtbot: QtBot, fields: Nu
     qtbot.keyClick(first, Qt.Key.Key_Down)
     with qtbot.waitSignal(fields.settled):
         pass
+
+
+def test_a_negative_number_where_none_is_allowed_brings_the_last_one_back(
+    qtbot: QtBot, fields: NumberFields
+) -> None:
+    asked = wishes(fields)
+    field = fields.fields[1]
+    field.selectAll()
+    qtbot.keyClicks(field, "-5")
+    assert field.text() == "-5"
+    qtbot.keyClick(field, Qt.Key.Key_Return)
+    assert field.value() == 20.0
+    assert field.text() == "20.00"
+    assert asked == []
+
+
+def test_what_rounds_to_zero_has_no_sign(fields: NumberFields) -> None:
+    fields.fields[0].show_number(-0.001, 0.5)
+    assert fields.fields[0].text() == "0.00"
