@@ -40,7 +40,8 @@ def body_place(scene) -> QPoint:
 # Placing boxes
 
 
-def test_two_picks_that_are_kept_place_a_box_in_one_edit(unboxed) -> None:
+@pytest.mark.parametrize("keeps", [True, False])
+def test_two_picks_that_are_kept_place_a_box_in_one_edit(unboxed, keeps: bool) -> None:
     scene, session = unboxed, unboxed.session
     before = session.document
     scene.view.look_from("+z")
@@ -48,11 +49,15 @@ def test_two_picks_that_are_kept_place_a_box_in_one_edit(unboxed) -> None:
         scene.click(scene.place_of(position_um))
         assert session.view.preview is not None
         assert session.document is before
-        session.keep_preview()
+        if keeps:
+            session.keep_preview()
+    # The next click keeps what the last one proposed.
+    session.keep_preview()
     box = session.document.placed_boxes["link0"]
-    # A pixel of this picture is some 70 µm wide, and the slab's surface is coarser.
-    assert box.base_um == pytest.approx((7000, 8000, 6000), abs=350)
-    assert box.tip_um == pytest.approx((9000, 18000, 6000), abs=350)
+    # Half a link's height beneath the slab's surface, at 6000 µm. A pixel of this picture is some 70 µm wide,
+    # and the surface is coarser.
+    assert box.base_um == pytest.approx((7000, 8000, 8000), abs=350)
+    assert box.tip_um == pytest.approx((9000, 18000, 8000), abs=350)
     assert box.size_um[1:] == (4000.0, 4000.0)
     assert session.view.active_part == "link1"
     undo_exactly(scene, before, 0)
