@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Slot
 from PySide6.QtGui import (
     QCloseEvent,
@@ -143,6 +144,17 @@ class SceneView(QWidget):
         if (box_um := self._box_um()) is not None and self._camera is not None:
             self._fitted = fitted(self._camera, *box_um, self._aspect)
             self._set_camera(self._fitted)
+
+    def zoom_to_part(self, name: str) -> None:
+        """See the whole of a link's box, or a keypoint from near; does nothing where it has no place."""
+        document = self._session.shown_document
+        box = document.placed_boxes.get(name) if document is not None else None
+        if box is None or self._camera is None:
+            self.zoom_to_keypoint(name)
+            return
+        reach_um = np.abs(box.axes) @ box.size_um / 2
+        low_um, high_um = box.center_um - reach_um, box.center_um + reach_um
+        self._set_camera(fitted(self._camera, low_um, high_um, self._aspect))
 
     def zoom_to_keypoint(self, name: str) -> None:
         """See a keypoint or a link's box in the middle and from near; does nothing where it has no place."""

@@ -154,6 +154,11 @@ class SliceView(QWidget):
             self._see(viewport.scaled(scale, *viewport.pixel(self._session.view.crosshair_um)))
             self._bring_crosshair_in_sight()
 
+    def center_crosshair(self) -> None:
+        """Move what is seen so that the crosshair is in the middle, as far as there is plane around it."""
+        if self._viewport is not None:
+            self._see(self._viewport.centered(self._session.view.crosshair_um))
+
     @property
     def solids(self) -> tuple[Solid, ...]:
         """The bodies in the volume; none while overlays are hidden."""

@@ -1,5 +1,6 @@
 """What the menu View does: it changes what is seen, and never an annotation."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import get_args
@@ -14,6 +15,8 @@ from annotator.window.four_up import FourUp
 from annotator.window.held_key import HeldKey
 
 _CLOSE_UP_UM = 2500.0
+# Around a box, as a part of its diagonal.
+_BOX_MARGIN = 1.15
 _ZOOM_STEP = 1.25
 
 
@@ -95,10 +98,19 @@ class ViewHandlers:
         if name is None or self._session.shown_anchor_um(name) is None:
             return
         self._session.activate(name, jump=True)
-        self._scene.zoom_to_keypoint(name)
+        self._scene.zoom_to_part(name)
+        # The slices have one scale among them.
+        least_px = min(min(view.width(), view.height()) for view in self._slices)
+        scale = least_px / self._extent_um(name)
         for view in self._slices:
-            # The slices have one scale among them; the crosshair, now at the keypoint, stays in sight.
-            view.set_scale(min(view.width(), view.height()) / _CLOSE_UP_UM)
+            view.set_scale(scale)
+            view.center_crosshair()
+
+    def _extent_um(self, name: str) -> float:
+        """Return how much is seen around a part: the whole of a box, however it is turned."""
+        document = self._session.shown_document
+        box = document.placed_boxes.get(name) if document is not None else None
+        return _CLOSE_UP_UM if box is None else _BOX_MARGIN * math.hypot(*box.size_um)
 
     def _toggle_overlays(self) -> None:
         hidden = self._hidden_while.may_repeat or not self._session.view.overlays_hidden

@@ -2,15 +2,19 @@
 
 import shutil
 import threading
+from itertools import product
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QByteArray
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMenu, QSplitter
 
 from annotations.geometry.boxes import Box
+from annotations.geometry.rotations import from_yaw_pitch_roll
 from annotations.synthesis import demo
 from annotator.actions.table import ACTIONS
+from annotator.slices.viewport import fitting_scale
 from annotator.window.four_up import FourUp
 
 
@@ -144,10 +148,36 @@ def test_zoom_to_the_active_box(qtbot, window, session):
         session.set_method("boxes")
     window.prepare_scene()
     qtbot.waitUntil(lambda: window.scene.camera is not None, timeout=30_000)
-    box = Box((200.0, 300.0, 250.0), (500.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
+    box = Box((400.0, 500.0, 250.0), (300.0, 120.0, 80.0), from_yaw_pitch_roll(30.0, 20.0, 10.0))
+    session.free_cross_section("link0", True)
     session.type_box("link0", box)
     session.activate("link0")
     session.look(crosshair_um=(0.0, 0.0, 0.0))
+    before_um = window.scene.camera.height_um
     window.actions_by_name["zoom_keypoint"].trigger()
-    assert session.view.crosshair_um == box.center_um
-    assert window.scene.camera.focal_um == box.center_um
+    assert session.view.crosshair_um == pytest.approx(box.center_um)
+    assert window.scene.camera.focal_um == pytest.approx(box.center_um)
+    # The whole box, and not much more.
+    assert 80.0 < window.scene.camera.height_um < before_um
+    corners_um = [box.position_um(share) for share in product((-0.5, 0.5), repeat=3)]
+    for view in window.slices:
+        assert all(view.viewport.shows(corner_um) for corner_um in corners_um)
+    assert any(
+        view.viewport.scale > fitting_scale(view.viewport.plane, view.viewport.area) for view in window.slices
+    )
+
+
+def test_a_large_box_is_seen_whole_in_the_scene(qtbot, window, session):
+    with qtbot.waitSignal(session.volume_changed):
+        session.set_method("boxes")
+    window.prepare_scene()
+    qtbot.waitUntil(lambda: window.scene.camera is not None, timeout=30_000)
+    session.type_box("link0", Box((200.0, 300.0, 250.0), (9700.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0)))
+    session.activate("link0")
+    window.scene.look_from("-z")
+    window.actions_by_name["zoom_keypoint"].trigger()
+    camera = window.scene.camera
+    along_um = abs(np.dot(camera.right, (9700.0, 0.0, 0.0))), abs(np.dot(camera.up, (9700.0, 0.0, 0.0)))
+    aspect = window.scene.width() / window.scene.height()
+    assert camera.height_um * aspect >= along_um[0]
+    assert camera.height_um >= along_um[1]
