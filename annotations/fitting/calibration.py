@@ -137,7 +137,8 @@ def calibrated_tool(tool: ToolSpecification, calibration: Calibration, name: str
             "no finished annotation measures a link by hand",
             remedy="Finish some annotations by clicks: posed and derived ones repeat the specification",
         )
-    title = f"{tool.title or tool.name}, calibrated on {calibration.documents} annotations"
+    plural = "s" if calibration.documents != 1 else ""
+    title = f"{tool.title or tool.name}, calibrated on {calibration.documents} annotation{plural}"
     # By way of plain values, so that name and lengths are checked as in a file.
     fields = tool.model_dump(mode="json") | {"name": name, "title": title}
     fields["links"] = [link.model_dump(mode="json") for link in links]

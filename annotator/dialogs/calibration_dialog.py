@@ -24,6 +24,8 @@ from annotator.session.calibrating import ToolCalibration
 
 _COLUMNS = ("Link", "Measure", "Nominal", "Median", "Spread", "Number")
 _NOT_MEASURED = "—"
+# A robust spread of fewer says little, and one annotation that is off moves their median.
+_ENOUGH = 5
 
 
 class CalibrationDialog(QDialog):
@@ -37,6 +39,14 @@ class CalibrationDialog(QDialog):
         self.setSizeGripEnabled(True)
         self._name = named(QLineEdit(found.suggested_name), "calibration_name", title="Name of the new tool")
         self._name.textChanged.connect(self._on_name_text_changed)
+        self._few = [
+            f"{link.name} {quantity}"
+            for link, quantity, _, measured in self._measures()
+            if measured is not None and measured.number < _ENOUGH
+        ]
+        caution = WrappedText(self._caution(), name="calibration_caution")
+        caution.set_color(lambda colors: colors.warning)
+        caution.setVisible(bool(self._few))
         self._problem = WrappedText(name="calibration_problem")
         self._problem.set_color(lambda colors: colors.error)
         buttons = QDialogButtonBox(
@@ -62,6 +72,7 @@ class CalibrationDialog(QDialog):
             )
         )
         layout.addWidget(self._table(), 1)
+        layout.addWidget(caution)
         if found.calibration.skipped:
             count = len(found.calibration.skipped)
             layout.addWidget(WrappedText(f"{count} file{'s were' if count > 1 else ' was'} left out:"))
@@ -70,6 +81,8 @@ class CalibrationDialog(QDialog):
         layout.addWidget(self._problem)
         layout.addWidget(WrappedText(self._what_follows(), name="calibration_follows"))
         layout.addWidget(buttons)
+        # Only now: the dialog must know of it, or makes another one the default.
+        (back if self._few else self._ok).setDefault(True)
         self._draw()
         self._name.setFocus()
         self._name.selectAll()
@@ -85,11 +98,26 @@ class CalibrationDialog(QDialog):
             return f"No finished annotation measures {self._found.tool.name}"
         return f"{self._found.tool.name}, measured in {count} finished annotation{'s' if count > 1 else ''}"
 
+    def _caution(self) -> str:
+        return (
+            f"Rests on fewer than {_ENOUGH} measurements: {', '.join(self._few)}. "
+            "One annotation that is off moves such a median: finish more before the new tool is used."
+        )
+
+    def _measures(self) -> Iterator[tuple[Link, str, float, Measured | None]]:
+        """Yield links, what is measured of each, its nominal value in µm, and what was measured."""
+        for link in self._found.tool.links:
+            measures = self._found.calibration.links.get(link.name, LinkMeasures())
+            width_um, height_um = link.cross_section_um
+            yield link, "length", link.length_um, measures.length
+            yield link, "diameter" if link.is_round else "width", width_um, measures.width
+            if not link.is_round:
+                yield link, "height", height_um, measures.height
+
     def _table(self) -> QTableWidget:
         rows = [
-            row
-            for link in self._found.tool.links
-            for row in _rows(link, self._found.calibration.links.get(link.name, LinkMeasures()))
+            _row(link.name, quantity, nominal_um, measured)
+            for link, quantity, nominal_um, measured in self._measures()
         ]
         table = named(QTableWidget(len(rows), len(_COLUMNS)), "calibration_table", title="Measures of links")
         table.setHorizontalHeaderLabels(_COLUMNS)
@@ -104,7 +132,9 @@ class CalibrationDialog(QDialog):
                 table.setItem(number, column, item)
         table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         unit = self.fontMetrics().height()
-        table.setMinimumSize(34 * unit, min(len(rows) + 2, 12) * 2 * unit)
+        # All rows where the screen has room; in a low one they scroll, and the buttons stay in sight.
+        table.setSizeAdjustPolicy(QTableWidget.SizeAdjustPolicy.AdjustToContents)
+        table.setMinimumSize(34 * unit, 6 * unit)
         return table
 
     def _skipped(self) -> QPlainTextEdit:
@@ -129,16 +159,6 @@ class CalibrationDialog(QDialog):
         self._problem.setText(problem)
         self._problem.setVisible(bool(problem))
         self._ok.setEnabled(not problem)
-
-
-def _rows(link: Link, measures: LinkMeasures) -> Iterator[tuple[str, ...]]:
-    width_um, height_um = link.cross_section_um
-    yield _row(link.name, "length", link.length_um, measures.length)
-    if link.is_round:
-        yield _row(link.name, "diameter", width_um, measures.width)
-    else:
-        yield _row(link.name, "width", width_um, measures.width)
-        yield _row(link.name, "height", height_um, measures.height)
 
 
 def _row(link: str, quantity: str, nominal_um: float, measured: Measured | None) -> tuple[str, ...]:

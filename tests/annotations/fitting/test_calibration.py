@@ -186,6 +186,9 @@ def test_a_calibrated_tool_has_the_medians_under_its_own_name(make: Make, forcep
     assert [link.length_um for link in tool.links] == [10_900.1, 5100.0, 6200.0]
     assert tool.name == "forceps-2026"
     assert tool.title == "Magnetic forceps: three links, two joints, calibrated on 2 annotations"
+    alone = calibrated_tool(forceps, calibrate([make(10_900, 5100, 6200)], forceps), "forceps-2026")
+    assert alone.title is not None
+    assert alone.title.endswith("calibrated on 1 annotation")
     back = tool.model_copy(update={"name": forceps.name, "title": forceps.title, "links": forceps.links})
     assert back == forceps
 

@@ -12,6 +12,7 @@ from annotations.errors import UserError
 from annotations.fitting.calibration import Calibration, LinkMeasures, Measured
 from annotations.geometry.tool_library import shipped_tools
 from annotator.dialogs.calibration_dialog import CalibrationDialog
+from annotator.looks.labels import Heading
 from annotator.session.calibrating import ToolCalibration
 
 MEASURED = Calibration(
@@ -22,6 +23,9 @@ MEASURED = Calibration(
     },
     12,
 )
+
+
+WELL_MEASURED = Calibration({"link0": LinkMeasures(length=Measured(11_234.56, 45.67, 5))}, 5)
 
 
 @pytest.fixture
@@ -85,7 +89,7 @@ def test_each_link_shows_nominal_median_spread_and_number(make: Callable[..., Ca
 
 
 def test_a_new_name_is_suggested_and_taken(qtbot: QtBot, make: Callable[..., CalibrationDialog]) -> None:
-    dialog = make()
+    dialog = make(WELL_MEASURED)
     assert dialog.name == "magnetic-forceps-calibrated"
     assert ok(dialog).isEnabled()
     retype(qtbot, dialog, " ours-2026 ")
@@ -119,6 +123,40 @@ def test_nothing_measured_writes_nothing(make: Callable[..., CalibrationDialog])
     assert "Finish some annotations by clicks" in dialog.findChild(QLabel, "calibration_problem").text()
     assert not ok(dialog).isEnabled()
     assert {row[3] for row in rows(dialog)} == {"—"}
+
+
+def test_figures_of_few_measurements_are_cautioned_against(
+    qtbot: QtBot, make: Callable[..., CalibrationDialog]
+) -> None:
+    dialog = make()
+    caution = dialog.findChild(QLabel, "calibration_caution")
+    assert caution.isVisible()
+    assert "fewer than 5 measurements: link0 diameter, link2 height." in caution.text()
+    # Return writes nothing; who means it still can.
+    assert not ok(dialog).isDefault()
+    assert ok(dialog).isEnabled()
+    qtbot.keyClick(dialog, Qt.Key.Key_Return)
+    assert dialog.result() == QDialog.DialogCode.Rejected
+
+
+def test_figures_of_enough_measurements_need_no_caution(make: Callable[..., CalibrationDialog]) -> None:
+    dialog = make(WELL_MEASURED)
+    assert not dialog.findChild(QLabel, "calibration_caution").isVisible()
+    assert ok(dialog).isDefault()
+
+
+def test_one_annotation_is_spoken_of_as_one(make: Callable[..., CalibrationDialog]) -> None:
+    measures = {"link0": LinkMeasures(length=Measured(11_234.56, None, 1))}
+    dialog = make(Calibration(measures, 1))
+    assert dialog.findChild(Heading).text() == "magnetic-forceps, measured in 1 finished annotation"
+
+
+def test_a_low_screen_keeps_the_buttons(make: Callable[..., CalibrationDialog]) -> None:
+    dialog = make()
+    dialog.resize(dialog.minimumSizeHint())
+    line = dialog.fontMetrics().height()
+    assert dialog.height() < 30 * line
+    assert dialog.rect().contains(ok(dialog).mapTo(dialog, ok(dialog).rect().bottomRight()))
 
 
 def test_what_was_left_out_is_listed_with_its_reason(make: Callable[..., CalibrationDialog]) -> None:
