@@ -1,5 +1,7 @@
 """What the geometry says of the open document, live: pose, fit, likely mistakes, lengths and distances."""
 
+from functools import partial
+
 from PySide6.QtCore import QTimer, Slot
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
@@ -102,19 +104,24 @@ class PosePanel(QWidget):
             self._draw()
         elif (before.mode, before.pose) != (after.mode, after.pose):
             self._controls.draw()
+        if before.mode != "pose" and after.mode == "pose":
+            QTimer.singleShot(0, self, partial(self._bring_in_sight, self._controls))
         if before.refinement is not after.refinement:
             self._refinement.draw()
             if after.refinement is not None:
-                # A proposal waits for an answer; the layout makes room for it first.
-                QTimer.singleShot(0, self, self._show_refinement)
+                # A proposal waits for an answer.
+                QTimer.singleShot(0, self, partial(self._bring_in_sight, self._refinement))
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
         self._draw()
 
-    @Slot()
-    def _show_refinement(self) -> None:
-        self._scroll.ensureWidgetVisible(self._refinement)
+    def _bring_in_sight(self, content: QWidget) -> None:
+        """Scroll to a section, and to its title rather than its end; not before it has been laid out."""
+        section = next(section for section in self._sections if section.isAncestorOf(content))
+        self._scroll.ensureWidgetVisible(section, 0, 0)
+        bar = self._scroll.verticalScrollBar()
+        bar.setValue(min(bar.value(), section.y()))
 
     def _draw(self) -> None:
         tool, document = self._session.tool, self._session.shown_document

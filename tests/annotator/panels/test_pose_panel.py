@@ -2,7 +2,15 @@
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QTableWidget, QToolButton
+from PySide6.QtWidgets import (
+    QApplication,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QTableWidget,
+    QToolButton,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from annotations.geometry.frames import Vector
@@ -65,6 +73,25 @@ def test_the_note_says_what_is_not_known(session: Session, panel: PosePanel) -> 
     assert "unsigned" in text(panel, "note")
     assert "hinge axis" in text(panel, "note")
     assert "roll" in text(panel, "note")
+
+
+def test_entering_pose_mode_brings_its_controls_in_sight(
+    qtbot: QtBot, session: Session, panel: PosePanel
+) -> None:
+    place_all(session)
+    panel.resize(360, 240)
+    scroll = panel.findChild(QScrollArea, "pose_scroll")
+    title = panel.findChild(QToolButton, "controls_unfold")
+    scroll.verticalScrollBar().setValue(0)
+    session.set_mode("pose")
+    qtbot.waitUntil(lambda: not panel.findChild(QWidget, "pose_theta1_slider").visibleRegion().isEmpty())
+    assert title.visibleRegion().boundingRect() == title.rect()
+    # A person who scrolls on is not called back by every change.
+    scroll.verticalScrollBar().setValue(0)
+    session.preview_angle("theta1", 20.0)
+    session.keep_draft()
+    QApplication.processEvents()
+    assert scroll.verticalScrollBar().value() == 0
 
 
 def test_links_stand_beside_their_nominal_lengths(session: Session, panel: PosePanel) -> None:
