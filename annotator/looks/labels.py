@@ -99,7 +99,7 @@ class Heading(WrappedText):
         self.setFont(font)
 
 
-class ElidedText(QLabel):
+class ElidedText(ColoredLabel):
     """One line, such as a path, that loses its middle when there is no room; the tooltip has the whole."""
 
     def __init__(
@@ -110,7 +110,7 @@ class ElidedText(QLabel):
         name: str = "",
         mode: Qt.TextElideMode = Qt.TextElideMode.ElideMiddle,
     ) -> None:
-        super().__init__(parent)
+        super().__init__("", parent)
         self._mode = mode
         self.setObjectName(name)
         self.setTextFormat(Qt.TextFormat.PlainText)

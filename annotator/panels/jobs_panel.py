@@ -1,8 +1,9 @@
 """Long work under way, in the status bar: what it is, how far it is, and how to stop it."""
 
-from PySide6.QtCore import Slot
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QSizePolicy, QStyle, QToolButton, QWidget
+from PySide6.QtCore import Qt, Slot
+from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QSizePolicy, QStyle, QToolButton, QWidget
 
+from annotator.looks.labels import ElidedText
 from annotator.looks.naming import named
 from annotator.session import Session
 from annotator.session.jobs import Job
@@ -18,7 +19,8 @@ class JobsPanel(QWidget):
         self._session = session
         self.setObjectName("jobs_panel")
         self.setAccessibleName("Work in the background")
-        self._title = named(QLabel(), "jobs_title")
+        self._title = ElidedText(name="jobs_title", mode=Qt.TextElideMode.ElideRight)
+        self._title.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
         self._bar = named(QProgressBar(), "jobs_progress")
         self._bar.setAccessibleName("Progress")
         self._bar.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QCommandLinkButton, QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCommandLinkButton, QFrame, QHBoxLayout, QVBoxLayout, QWidget
 
-from annotator.looks.labels import Heading
+from annotator.looks.labels import Heading, WrappedText
 
 _COLUMN_LETTERS = 84
 _TITLE = "Open a volume to annotate"
@@ -35,7 +35,7 @@ class StartPage(QWidget):
         self._title = Heading(_TITLE)
         self._title.setObjectName("start_title")
         layout.addWidget(self._title)
-        layout.addWidget(QLabel("Drop a file or a folder anywhere on the window, or choose:"))
+        layout.addWidget(WrappedText("Drop a file or a folder anywhere on the window, or choose:"))
         links = [_ActionLink(action) for action in opening]
         for link in links:
             layout.addWidget(link)

@@ -1,7 +1,7 @@
 """The line at the window's foot: the cursor's place, the mode, the spacing, whether all is saved."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QStatusBar, QWidget
+from PySide6.QtWidgets import QSizePolicy, QStatusBar, QWidget
 
 from annotations.geometry.frames import Vector, um_to_voxel
 from annotator.looks.labels import ColoredLabel, ElidedText, PickColor
@@ -49,8 +49,8 @@ class StatusLine(QStatusBar):
         self.addWidget(self._hint, 1)
         self._cursor = self._label("status_cursor", "Position and intensity under the cursor")
         self._spacing = self._label("status_spacing", "Voxel spacing")
-        self._mode = self._label("status_mode", "Mode")
-        self._saved = self._label("status_saved", "Whether the annotation is saved")
+        self._mode = self._label("status_mode", "Mode", elided=False)
+        self._saved = self._label("status_saved", "Whether the annotation is saved", elided=False)
         self._annotator = self._label("status_annotator", "Who annotates")
         session.message_posted.connect(self._on_session_message_posted)
         session.view_changed.connect(self._on_session_view_changed)
@@ -75,9 +75,11 @@ class StatusLine(QStatusBar):
         self._is_spacing_unknown = True
         self._draw_spacing()
 
-    def _label(self, name: str, accessible_name: str) -> ColoredLabel:
-        label = ColoredLabel()
+    def _label(self, name: str, accessible_name: str, *, elided: bool = True) -> ColoredLabel:
+        # Were all of them whole, they would keep the window from being as narrow as a small screen.
+        label = ElidedText(mode=Qt.TextElideMode.ElideRight) if elided else ColoredLabel()
         label.setObjectName(name)
+        label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
         label.setAccessibleName(accessible_name)
         label.setContentsMargins(6, 0, 6, 0)
         self.addPermanentWidget(label)

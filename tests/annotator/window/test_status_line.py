@@ -41,6 +41,18 @@ def test_place_of_the_cursor(line):
     assert text(line, "status_cursor") == ""
 
 
+def test_a_narrow_line_shortens_numbers_before_it_makes_the_window_wide(line, session):
+    session.set_mode("place")
+    line.show_cursor(A_UM, "117")
+    line.say_spacing_is_unknown()
+    whole = sum(label.sizeHint().width() for label in line.findChildren(QLabel))
+    assert line.minimumSizeHint().width() < whole / 2
+    line.resize(line.minimumSizeHint())
+    mode = line.findChild(QLabel, "status_mode")
+    assert mode.width() >= mode.sizeHint().width()
+    assert line.findChild(QLabel, "status_cursor").toolTip() == "0.318, 0.405, 0.235 mm  [20, 30, 25]  117"
+
+
 def test_mode_shows(line, session):
     assert text(line, "status_mode") == "Navigating"
     assert text(line, "status_hint") == ""
