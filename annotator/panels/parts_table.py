@@ -109,8 +109,8 @@ class PartsTable(QTableView):
         return QSize(width + numbers + 2 * self.frameWidth(), self._height(rows))
 
     def minimumSizeHint(self) -> QSize:
-        rows = min(max(self._rows(), _FEWEST_ROWS), _ROWS_IN_SIGHT)
-        return QSize(super().minimumSizeHint().width(), self._height(rows))
+        # In a small window the other rows scroll.
+        return QSize(super().minimumSizeHint().width(), self._height(_FEWEST_ROWS))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

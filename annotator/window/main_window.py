@@ -29,6 +29,7 @@ from annotator.slices.linked_zoom import link_zoom
 from annotator.slices.slice_view import SliceView
 from annotator.window.annotate_handlers import AnnotateHandlers
 from annotator.window.display_memory import DisplayMemory
+from annotator.window.dock_columns import DockColumns
 from annotator.window.file_handlers import FileHandlers
 from annotator.window.four_up import FourUp
 from annotator.window.held_key import HeldKey
@@ -46,10 +47,6 @@ _FIRST_SIZE = QSize(1600, 1000)
 _FRAME_SIZE = QSize(16, 56)
 # As many as a small window has room for; the menu has them all.
 _RECENT_ON_START_PAGE = 4
-# Part of the window's width, at the first start, that the panels on the left take.
-_LEFT_WIDTH = 0.14
-# A narrower window has no room for a column of panels on either side of the panes.
-_TWO_COLUMNS_PX = 1280
 
 
 class MainWindow(QMainWindow):
@@ -109,6 +106,7 @@ class MainWindow(QMainWindow):
         self._annotation = AnnotationPanel(session)
         self._pose = PosePanel(session)
         self._docks = self._make_docks()
+        self._columns = DockColumns(self._docks, centre, self._annotation.method, self)
         self.status = StatusLine(session)
         self.status.addPermanentWidget(JobsPanel(session))
         self.setStatusBar(self.status)
@@ -173,12 +171,20 @@ class MainWindow(QMainWindow):
         else:
             super().keyPressEvent(event)
 
+    def setVisible(self, visible: bool) -> None:
+        if visible and not self._is_arranged:
+            self._columns.stack()
+        super().setVisible(visible)
+
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         if not self._is_arranged:
             # Not before its size is known.
             self._is_arranged = True
-            self._arrange_docks()
+            self._columns.arrange()
+            self._parts.keep_layout()
+            if not self._settings.window_state.isEmpty():
+                self.restoreState(self._settings.window_state)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -275,36 +281,6 @@ class MainWindow(QMainWindow):
         if not self._settings.panes_state.isEmpty():
             self.four_up.restore(self._settings.panes_state)
 
-    def _arrange_docks(self) -> None:
-        """Give the panes most of the window, and the panels what was left to them the last time."""
-        docks, table = self._docks, self._docks["keypoints"].sizeHint()
-        if self.width() < _TWO_COLUMNS_PX:
-            self.tabifyDockWidget(docks["display"], docks["worklist"])
-            docks["pose"].raise_()
-        self.resizeDocks(
-            [docks["worklist"], docks["keypoints"]],
-            [round(_LEFT_WIDTH * self.width()), table.width()],
-            Qt.Orientation.Horizontal,
-        )
-        self._share_column(table.height())
-        self._parts.keep_layout()
-        if not self._settings.window_state.isEmpty():
-            self.restoreState(self._settings.window_state)
-
-    def _make_room(self) -> None:
-        """Give the panel of a method what it asks for; what is larger is as the person wants it."""
-        dock = self._docks["keypoints"]
-        if self._is_arranged and not dock.isFloating():
-            wanted = dock.sizeHint().expandedTo(dock.size())
-            self.resizeDocks([dock], [wanted.width()], Qt.Orientation.Horizontal)
-            self._share_column(wanted.height())
-
-    def _share_column(self, height: int) -> None:
-        """Give the panel of keypoints or boxes a height, and the one below it what is left."""
-        docks = [self._docks["keypoints"], self._docks["pose"]]
-        rest = sum(dock.height() for dock in docks) - height
-        self.resizeDocks(docks, [height, max(rest, 1)], Qt.Orientation.Vertical)
-
     def _draw_actions(self) -> None:
         state = state_of(self.session, self._settings.recent_paths)
         also = {"perspective"} if self._looks.perspective else set()
@@ -317,7 +293,7 @@ class MainWindow(QMainWindow):
             # From one volume to the next there is none for a moment: what is shown stays.
             return
         is_open = self.session.volume is not None
-        if is_open == self.four_up.isVisibleTo(self):
+        if (self.four_up.isVisibleTo(self), self._start_page.isVisibleTo(self)) == (is_open, not is_open):
             return
         self._start_page.setVisible(not is_open)
         self.four_up.setVisible(is_open)
@@ -345,8 +321,7 @@ class MainWindow(QMainWindow):
     @Slot(str)
     def _on_annotation_window_title_changed(self, title: str) -> None:
         self._docks["keypoints"].setWindowTitle(title)
-        # What a panel needs that has not been seen before is known only once it is laid out.
-        QTimer.singleShot(0, self, self._make_room)
+        self._columns.change_method(self._annotation.method)
 
     @Slot(str)
     def _on_annotation_method_requested(self, method: Method) -> None:
@@ -373,6 +348,8 @@ class MainWindow(QMainWindow):
     def _on_session_view_changed(self, before: View, after: View) -> None:
         if replace(before, crosshair_um=after.crosshair_um, window=after.window) != after:
             self._draw_actions()
+        if before.mode != "pose" and after.mode == "pose":
+            self._columns.uncover_pose()
 
     def _on_session_volume_changed(self) -> None:
         self._draw_actions()
