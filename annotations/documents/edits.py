@@ -75,22 +75,14 @@ def pose_tool(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> 
         )
     positions_um, boxes = keypoints_um(pose, tool), link_boxes(pose, tool)
     for part in document.parts:
-        fields: dict[str, Any] = {"source": "posed"}
         if isinstance(part, BoxAnnotation):
-            if part.link not in boxes:
-                continue
-            box = boxes[part.link]
-            # A cross-section that a person has measured is not the specification's to change.
-            size_um = (box.size_um[0], *part.size_um[1:]) if part.size_um else box.size_um
-            fields |= {"center_um": box.center_um, "size_um": size_um, "rotation_wxyz": box.rotation_wxyz}
-            lies_um = box_extent_um(box)
+            place: Box | Vector | None = boxes.get(part.link)
+            if isinstance(place, Box) and part.box is not None:
+                # A cross-section that a person has measured is not the specification's to change.
+                place = replace(place, size_um=(place.size_um[0], *part.box.size_um[1:]))
         else:
-            if part.name not in positions_um:
-                continue
-            fields["position_um"] = positions_um[part.name]
-            lies_um = (positions_um[part.name],)
-        state = moved_state(document.volume, lies_um, part)
-        document = _with_part(document, part, state=state, **fields)
+            place = positions_um.get(part.name)
+        document = _carried(document, part, place, "posed")
     return document
 
 
@@ -118,20 +110,13 @@ def refine(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Ann
     for part in document.parts:
         if part.state == "unplaced" or part.locked:
             continue
-        fields: dict[str, Any] = {"source": "fitted" if part.source == "fitted" else "refined"}
         if isinstance(part, BoxAnnotation):
-            if part.link not in boxes or part.box is None:
-                continue
-            box = replace(boxes[part.link], size_um=part.box.size_um)
-            fields |= {"center_um": box.center_um, "rotation_wxyz": box.rotation_wxyz}
-            lies_um = box_extent_um(box)
+            place: Box | Vector | None = boxes.get(part.link)
+            if isinstance(place, Box) and part.box is not None:
+                place = replace(place, size_um=part.box.size_um)
         else:
-            if part.name not in positions_um:
-                continue
-            fields["position_um"] = positions_um[part.name]
-            lies_um = (positions_um[part.name],)
-        state = moved_state(document.volume, lies_um, part)
-        document = _with_part(document, part, state=state, **fields)
+            place = positions_um.get(part.name)
+        document = _carried(document, part, place, "fitted" if part.source == "fitted" else "refined")
     return document
 
 
@@ -212,6 +197,23 @@ def is_left_to_fit(keypoint: KeypointAnnotation) -> bool:
 def _is_unjudged(part: Part) -> bool:
     """Say whether no person has said yet where a part is."""
     return part.state == "unplaced" or part.source == "fitted"
+
+
+def _carried(document: Annotation, part: Part, place: Box | Vector | None, source: Source) -> Annotation:
+    """Return the document with a part where the whole tool was moved to; what does not move along stays."""
+    if place is None:
+        return document
+    if isinstance(place, Box):
+        lies_um = box_extent_um(place)
+        fields: dict[str, Any] = {
+            "center_um": place.center_um,
+            "size_um": place.size_um,
+            "rotation_wxyz": place.rotation_wxyz,
+        }
+    else:
+        lies_um, fields = (place,), {"position_um": place}
+    state = moved_state(document.volume, lies_um, part)
+    return _with_part(document, part, state=state, source=source, **fields)
 
 
 def _called(part: Part) -> str:
