@@ -22,11 +22,12 @@ class Column(IntEnum):
     LENGTH = 1
     WIDTH = 2
     HEIGHT = 3
-    STATE = 4
-    SURE = 5
-    LOCK = 6
-    CLEAR = 7
-    SOURCE = 8
+    RESIDUAL = 4
+    STATE = 5
+    SURE = 6
+    LOCK = 7
+    CLEAR = 8
+    SOURCE = 9
 
 
 SIZES = (Column.LENGTH, Column.WIDTH, Column.HEIGHT)
@@ -40,6 +41,12 @@ _COLUMNS = (
     PartColumn("number", "Length", "Along the box's own x, from the base to the tip; its centre stays"),
     PartColumn("number", "Width", "Along the box's own y, the hinge's axis; its centre stays"),
     PartColumn("number", "Height", "Along the box's own z; its centre stays"),
+    PartColumn(
+        "residual",
+        "Δ",
+        "Residual in µm: how far the fitted tool is from the end of the box that fits less; in colour where "
+        "clicks alone do not explain it",
+    ),
     PartColumn(
         "state", "State", "How it is seen: placed, occluded, out of view, or unplaced (which removes the box)"
     ),
@@ -108,6 +115,14 @@ class BoxesModel(PartsModel[BoxAnnotation]):
         sizes_um = list(part.box.size_um)
         sizes_um[column - Column.LENGTH] = parse_size_um(text, self._unit)
         return replace(part.box, size_um=(sizes_um[0], sizes_um[1], sizes_um[2]))
+
+    def _residual_um(self, part: BoxAnnotation) -> float | None:
+        fit, link = self._session.tool_fit, self._link(part.name)
+        if fit is None or link is None or part.box is None:
+            return None
+        return max(
+            (fit.residuals_um[end] for end in (link.base, link.tip) if end in fit.residuals_um), default=None
+        )
 
     def _number_tooltip(self, part: BoxAnnotation, column: int) -> str:
         if part.box is None:

@@ -22,6 +22,7 @@ _SAMPLES: dict[int, tuple[str, ...]] = {
     Column.LENGTH: ("00000", "Length"),
     Column.WIDTH: ("00000", "Width"),
     Column.HEIGHT: ("00000", "Height"),
+    Column.RESIDUAL: ("0000", "Δ"),
 }
 # As many as the tools that ship have links.
 _ROWS_IN_SIGHT = 3

@@ -1,11 +1,14 @@
 """The box table's model: what it shows, what it redraws, and how it asks for changes."""
 
+from dataclasses import replace
+
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
+from PySide6.QtCore import QModelIndex, Qt
+from PySide6.QtGui import QColor, QGuiApplication
 
 from annotations.documents.annotation import BoxAnnotation
 from annotations.geometry.boxes import Box
+from annotator.looks import theme
 from annotator.panels.boxes_model import SIZES, BoxesModel, Column
 from annotator.session import Session
 
@@ -21,6 +24,18 @@ def model(boxes_session: Session) -> BoxesModel:
 
 def text(model: BoxesModel, row: int, column: Column) -> str:
     return str(model.index(row, column).data())
+
+
+def redrawn_rows(model: BoxesModel) -> list[int]:
+    """Return the rows that are redrawn from now on, besides residuals: one part changes all of those."""
+    rows: list[int] = []
+
+    def note(first: QModelIndex, last: QModelIndex) -> None:
+        if (first.column(), last.column()) != (Column.RESIDUAL, Column.RESIDUAL):
+            rows.append(first.row())
+
+    model.dataChanged.connect(note)
+    return rows
 
 
 def part(session: Session, link: str = "link0") -> BoxAnnotation:
@@ -60,8 +75,7 @@ def test_the_swatch_has_the_links_color_and_is_a_ring_while_unplaced(model: Boxe
 
 
 def test_a_draft_is_shown_in_italics_until_it_is_kept(boxes_session: Session, model: BoxesModel) -> None:
-    rows: list[int] = []
-    model.dataChanged.connect(lambda first, last: rows.append(first.row()))
+    rows = redrawn_rows(model)
     boxes_session.activate("link0")
     rows.clear()
     boxes_session.set_mode("place")
@@ -98,13 +112,30 @@ def test_a_box_that_two_clicks_place_is_shown_before_the_second(
 
 def test_only_the_changed_row_is_redrawn(boxes_session: Session, model: BoxesModel) -> None:
     boxes_session.activate("link2")
-    rows: list[int] = []
-    model.dataChanged.connect(lambda first, last: rows.append(first.row()))
+    rows = redrawn_rows(model)
     boxes_session.set_certainty("link0", "unsure")
     assert rows == [0]
     rows.clear()
     boxes_session.look(crosshair_um=(5.0, 5.0, 5.0))
     assert rows == []
+
+
+def test_the_residual_is_that_of_the_end_which_fits_less_and_colored_when_implausible(
+    boxes_session: Session, model: BoxesModel
+) -> None:
+    assert text(model, 1, Column.RESIDUAL) == "—"
+    longer = replace(LINK0, size_um=(13000.0, *LINK0.size_um[1:]))
+    boxes_session.type_box("link0", longer)
+    assert boxes_session.tool_fit is not None
+    residuals_um = boxes_session.tool_fit.residuals_um
+    # Both ends are off by half of what it is too long.
+    assert max(residuals_um["k0"], residuals_um["k1"]) == pytest.approx(1000, abs=1)
+    assert text(model, 0, Column.RESIDUAL) == "1000"
+    error = theme.colors(QGuiApplication.palette()).error
+    assert model.index(0, Column.RESIDUAL).data(ROLE.ForegroundRole) == error
+    boxes_session.undo_stack.undo()
+    assert text(model, 0, Column.RESIDUAL) == "0"
+    assert model.index(0, Column.RESIDUAL).data(ROLE.ForegroundRole) is None
 
 
 def test_a_length_is_typed_and_the_rest_stays_exact(boxes_session: Session, model: BoxesModel) -> None:
