@@ -10,7 +10,7 @@ from typing import Literal, get_args
 from PySide6.QtCore import QByteArray, QSettings
 
 from annotations.app_folders import config_folder
-from annotations.documents.annotation import Method
+from annotations.documents.record import Method
 from annotator.looks.theme import THEMES, Theme
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.view import Rendering

@@ -12,12 +12,12 @@ from pydantic import BaseModel
 from annotations.documents.annotation import (
     Annotation,
     BoxAnnotation,
-    Derivation,
     KeypointAnnotation,
     Source,
     VolumeReference,
 )
 from annotations.documents.files import parse_annotation
+from annotations.documents.provenance import Derivation
 from annotations.documents.study import Study, StudyVolume, load_study
 from annotations.geometry.tool import AngleTarget, Joint, Link, Targets, ToolSpecification
 from annotations.geometry.tool_library import parse_tool, shipped_tools

@@ -1,22 +1,14 @@
 """The annotation document: one volume, one annotator, one method. Frozen; changed only by `edits`."""
 
-import re
 from collections.abc import Mapping
-from datetime import UTC, datetime
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PlainSerializer,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from annotations import __version__
+from annotations.documents.provenance import Contribution, Derivation, Stamps, Viewing
+from annotations.documents.record import Method, Moment, Record, Status, Truth, UsablePath, changed, now
 from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector, is_inside
 from annotations.geometry.rotations import Quaternion, quaternion
@@ -36,64 +28,16 @@ Source = Literal[
     "fitted",
     "predicted",
     "synthesized",
+    "consensus",
+    "adopted",
 ]
-Method = Literal["keypoints", "boxes"]
-Status = Literal["in_progress", "done"]
 
 SCHEMA: Literal["oct-annotation/1"] = "oct-annotation/1"
 
 PositionUm = tuple[Finite, Finite, Finite]
 Length = Annotated[int, Field(gt=0, strict=True)]
-Flag = Annotated[bool, Field(strict=True)]
-
-
-def _written_moment(value: Any) -> datetime:
-    # By itself pydantic would also take a number of seconds for a time.
-    try:
-        return value if isinstance(value, datetime) else datetime.fromisoformat(value)
-    except (TypeError, ValueError):
-        raise ValueError("a time is written like 2026-11-22T05:00:00Z") from None
-
-
-def _utc_second(moment: datetime) -> datetime:
-    if moment.tzinfo is None:
-        raise ValueError("a time must say its zone, such as 2026-11-22T05:00:00Z")
-    try:
-        return moment.astimezone(UTC).replace(microsecond=0)
-    except OverflowError:
-        raise ValueError("a time must lie in the years 1 to 9999") from None
-
-
-def _in_utc(moment: datetime) -> str:
-    return moment.isoformat(timespec="seconds").replace("+00:00", "Z")
-
-
-Moment = Annotated[
-    datetime,
-    BeforeValidator(_written_moment),
-    AfterValidator(_utc_second),
-    PlainSerializer(_in_utc, return_type=str, when_used="json"),
-]
-
-
-def _usable_path(value: str) -> str:
-    # Halves of surrogate pairs are legal where Python puts them for the bytes of a name that is no Unicode.
-    if not value or re.search("[\0\ud800-\udc7f\udd00-\udfff]", value):
-        raise ValueError("a path is not empty, and holds nothing that no file's name can hold")
-    return value
-
-
-def now() -> datetime:
-    """Return the present moment, UTC, to the second: the resolution that files keep."""
-    return datetime.now(UTC).replace(microsecond=0)
-
-
-class Record(BaseModel):
-    """A frozen part of a document; unknown fields are refused."""
-
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", validate_by_name=True, validate_by_alias=True, serialize_by_alias=True
-    )
+RepeatNumber = Annotated[int, Field(ge=0, strict=True)]
+FlagText = Annotated[str, Field(min_length=1, max_length=500)]
 
 
 class VolumeReference(Record):
@@ -115,7 +59,7 @@ class VolumeReference(Record):
         What volumes are matched by, see `annotations.volumes.fingerprint`.
     """
 
-    path: Annotated[str, AfterValidator(_usable_path)]
+    path: UsablePath
     dataset: str | None = None
     shape: tuple[Length, Length, Length]
     dtype: str
@@ -136,6 +80,8 @@ class KeypointAnnotation(Record):
         In the volume's frame; None for the state ``unplaced`` and for no other.
     source : str or None
         How the position came about; None where there is none.
+    adopted_from : str or None
+        The annotator whose position a reviewer took as it was, for the source ``adopted`` and for no other.
     locked : bool
         Refuses every change of position or state until unlocked.
     """
@@ -145,7 +91,8 @@ class KeypointAnnotation(Record):
     position_um: PositionUm | None = None
     certainty: Certainty = "sure"
     source: Source | None = None
-    locked: Flag = False
+    adopted_from: str | None = None
+    locked: Truth = False
 
     @model_validator(mode="after")
     def _check_position(self) -> Self:
@@ -156,6 +103,7 @@ class KeypointAnnotation(Record):
             )
         if (self.position_um is None) != (self.source is None):
             raise ValueError(f"keypoint {self.name!r} needs a source if, and only if, it has a position_um")
+        _check_adoption(self)
         return self
 
     @property
@@ -177,7 +125,7 @@ class BoxAnnotation(Record):
         Length, width and height along the box's own axes.
     rotation_wxyz : (float, float, float, float) or None
         Unit quaternion, w ≥ 0.
-    source, locked
+    source, adopted_from, locked
         As for a keypoint.
     """
 
@@ -188,7 +136,8 @@ class BoxAnnotation(Record):
     rotation_wxyz: Annotated[Quaternion, AfterValidator(quaternion)] | None = None
     certainty: Certainty = "sure"
     source: Source | None = None
-    locked: Flag = False
+    adopted_from: str | None = None
+    locked: Truth = False
 
     @model_validator(mode="after")
     def _check_placement(self) -> Self:
@@ -198,6 +147,7 @@ class BoxAnnotation(Record):
                 f"box {self.link!r} is {self.state}: center_um, size_um, rotation_wxyz and source must be "
                 + ("absent" if self.state == "unplaced" else "there")
             )
+        _check_adoption(self)
         return self
 
     @property
@@ -218,26 +168,13 @@ class BoxAnnotation(Record):
         return self.center_um
 
 
+def _check_adoption(part: "KeypointAnnotation | BoxAnnotation") -> None:
+    if (part.source == "adopted") != (part.adopted_from is not None):
+        raise ValueError(f"{part.name!r} needs adopted_from if, and only if, its source is 'adopted'")
+
+
 Part = KeypointAnnotation | BoxAnnotation
 """What a person places, one by one: keypoints or boxes, as the document's method says."""
-
-
-class Derivation(Record):
-    """From which document another one was made, whose annotator placed none of its parts.
-
-    Attributes
-    ----------
-    path : str
-        The file of the original, relative to the new document's folder where possible.
-    method : str
-        The original's.
-    roll_deg : float or None
-        The roll of the root link's box, where a person had to say it.
-    """
-
-    path: Annotated[str, AfterValidator(_usable_path)]
-    method: Method
-    roll_deg: Finite | None = None
 
 
 def _refuse_repeats(kind: str, names: list[str]) -> None:
@@ -276,12 +213,18 @@ class Annotation(Record):
         (`annotations.documents.representations`) and are not stored.
     boxes : tuple of BoxAnnotation
         One a link at most, for the method ``boxes``.
+    repeat : int
+        Which of the annotator's passes over the volume this is; 0 for the first, and where there is one.
+    flag : str or None
+        Why somebody should look at this volume, in the annotator's words; None where nothing is the matter.
     derived_from : Derivation or None
         The document of the other method that this one was made from.
+    consensus_of : tuple of Contribution
+        The annotations that a consensus was made from; empty for a person's own annotation.
     created, modified : datetime
-        UTC. ``modified`` and ``active_seconds`` are stamped when the file is written; they are no edits.
-    active_seconds : float
-        Time that the annotator was at work on this document.
+        UTC. ``modified`` and ``program`` are stamped when the file is written; they are no edits.
+    active_seconds, viewings, reopened
+        See `Stamps`: also stamped, also no edits.
     program : str
         Version of the program that wrote the file.
     """
@@ -296,10 +239,15 @@ class Annotation(Record):
     status: Status = "in_progress"
     keypoints: Annotated[tuple[KeypointAnnotation, ...], AfterValidator(_each_keypoint_once)] = ()
     boxes: Annotated[tuple[BoxAnnotation, ...], AfterValidator(_each_link_once)] = ()
+    repeat: RepeatNumber = 0
+    flag: FlagText | None = None
     derived_from: Derivation | None = None
+    consensus_of: tuple[Contribution, ...] = ()
     created: Moment
     modified: Moment
     active_seconds: NonNegative = 0.0
+    viewings: tuple[Viewing, ...] = ()
+    reopened: Moment | None = None
     program: str = __version__
 
     @model_validator(mode="after")
@@ -322,6 +270,16 @@ class Annotation(Record):
                 "the other representation is derived, and kept in a file of its own"
             )
         return self
+
+    @property
+    def stamps(self) -> Stamps:
+        """What the file says of the work on the document, apart from its edits."""
+        return Stamps(active_seconds=self.active_seconds, viewings=self.viewings, reopened=self.reopened)
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether its author had seen nobody else's work on the volume when it was made."""
+        return self.reopened is None and all(viewing.status == "done" for viewing in self.viewings)
 
     @property
     def parts(self) -> tuple[Part, ...]:
@@ -357,11 +315,14 @@ class Annotation(Record):
         return {part.link: part.box for part in self.boxes if part.box is not None}
 
 
-R = TypeVar("R", bound=Record)
-
-
 def new_annotation(
-    volume: VolumeReference, tool: ToolSpecification, annotator: str, method: Method, *, ships: bool
+    volume: VolumeReference,
+    tool: ToolSpecification,
+    annotator: str,
+    method: Method,
+    *,
+    ships: bool,
+    repeat: int = 0,
 ) -> Annotation:
     """Return a fresh document in which every keypoint of the tool, or every link's box, is unplaced.
 
@@ -369,6 +330,8 @@ def new_annotation(
     ----------
     ships : bool
         Whether the tool comes with the program; if not, a copy of it travels with the document.
+    repeat : int
+        Which of the annotator's passes over the volume it is.
     """
     moment = now()
     fresh = Annotation(
@@ -378,6 +341,7 @@ def new_annotation(
         tool_copy=None if ships else tool,
         annotator=annotator,
         method=method,
+        repeat=repeat,
         created=moment,
         modified=moment,
     )
@@ -402,12 +366,18 @@ def with_all_parts(annotation: Annotation, tool: ToolSpecification) -> Annotatio
     return changed(annotation, keypoints=keypoints, boxes=boxes)
 
 
-def changed(record: R, **fields: Any) -> R:
-    """Return a copy of a record with some fields changed, validated as if it were read from a file."""
-    values = {name: getattr(record, name) for name in type(record).model_fields}
-    return type(record)(**(values | fields))
+def stamped(annotation: Annotation, stamps: Stamps) -> Annotation:
+    """Return the document with what its file is to say of the work on it."""
+    if annotation.stamps == stamps:
+        return annotation
+    return changed(
+        annotation,
+        active_seconds=stamps.active_seconds,
+        viewings=stamps.viewings,
+        reopened=stamps.reopened,
+    )
 
 
 def without_stamps(annotation: Annotation) -> Annotation:
     """Return the document as if just created, so that equal content is equal whenever it was written."""
-    return changed(annotation, modified=annotation.created, active_seconds=0.0, program=__version__)
+    return changed(stamped(annotation, Stamps()), modified=annotation.created, program=__version__)

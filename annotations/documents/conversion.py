@@ -1,23 +1,23 @@
 """From a document of one method to a new one of the other, marked as derived; the original stays as it is."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
-from typing import get_args
 
 from annotations.documents.annotation import (
     Annotation,
     BoxAnnotation,
     Certainty,
-    Derivation,
     KeypointAnnotation,
-    Method,
     Source,
     State,
-    changed,
     new_annotation,
 )
 from annotations.documents.files import ships
+from annotations.documents.provenance import Derivation
+from annotations.documents.record import Method, changed
 from annotations.documents.representations import keypoints_of
+from annotations.documents.study import AnnotationName, annotation_name
 from annotations.documents.volume_link import referenced_path, relative_path
 from annotations.errors import UserError
 from annotations.geometry.box_conversion import boxes_from_keypoints
@@ -109,10 +109,8 @@ def keypoints_without_box(document: Annotation, derived: Annotation, tool: ToolS
 
 def sibling_path(path: Path, method: Method) -> Path:
     """Return where the document of a method is kept beside the one of the other: ``v001.boxes.json``."""
-    stem = path.name.removesuffix(".json")
-    for known in get_args(Method):
-        stem = stem.removesuffix(f".{known}")
-    return path.with_name(f"{stem}.{method}.json")
+    name = annotation_name(path) or AnnotationName(path.name.removesuffix(".json"), method)
+    return path.with_name(replace(name, method=method).file_name)
 
 
 def _begun(
@@ -131,7 +129,12 @@ def _begun(
         )
     volume_path = relative_path(referenced_path(document.volume, original), derived)
     fresh = new_annotation(
-        changed(document.volume, path=volume_path), tool, document.annotator, method, ships=ships(tool)
+        changed(document.volume, path=volume_path),
+        tool,
+        document.annotator,
+        method,
+        ships=ships(tool),
+        repeat=document.repeat,
     )
     origin = Derivation(path=relative_path(original, derived), method=document.method, roll_deg=roll_deg)
     return changed(fresh, derived_from=origin)

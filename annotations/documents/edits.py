@@ -18,9 +18,8 @@ from annotations.documents.annotation import (
     Part,
     Source,
     State,
-    Status,
-    changed,
 )
+from annotations.documents.record import Status, changed
 from annotations.documents.visibility import box_extent_um, moved_state
 from annotations.errors import UserError, first_problem
 from annotations.geometry.boxes import Box
@@ -188,6 +187,17 @@ def set_status(document: Annotation, status: Status) -> Annotation:
     return document if document.status == status else changed(document, status=status)
 
 
+def set_flag(document: Annotation, flag: str | None) -> Annotation:
+    """Say in up to 500 characters why somebody should look at the volume; None or blank takes that back."""
+    words = (flag or "").strip() or None
+    if words == document.flag:
+        return document
+    try:
+        return changed(document, flag=words)
+    except ValidationError as error:
+        raise EditRefused(first_problem(error), remedy="Say it in fewer words") from error
+
+
 def is_left_to_fit(keypoint: KeypointAnnotation) -> bool:
     """Say whether `fill_in` may place a keypoint: no person has, and it is not locked."""
     is_open = keypoint.state == "unplaced" or (keypoint.source == "fitted" and keypoint.state != "placed")
@@ -237,6 +247,9 @@ def _unlocked(document: Annotation, name: str) -> Part:
 
 
 def _with_part(document: Annotation, part: Part, **fields: Any) -> Annotation:
+    if "source" in fields:
+        # Whatever comes by another way is no longer as its annotator had it.
+        fields.setdefault("adopted_from", None)
     try:
         replacement = changed(part, **fields)
     except ValidationError as error:

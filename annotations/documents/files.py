@@ -9,8 +9,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from annotations import __version__
-from annotations.documents.annotation import SCHEMA, Annotation, changed, now, with_all_parts
+from annotations.documents.annotation import SCHEMA, Annotation, with_all_parts
 from annotations.documents.json_text import JsonProblem, layout, line_of, parse_strictly
+from annotations.documents.record import changed, now
 from annotations.durable_files import SaveError, replace_durably
 from annotations.errors import UserError, first_problem
 from annotations.geometry.tool import ToolSpecification
@@ -109,6 +110,10 @@ def annotation_bytes(annotation: Annotation) -> bytes:
     for part in (*fields["keypoints"], *fields["boxes"]):
         if not part["locked"]:
             del part["locked"]
+    for name in ("repeat", "consensus_of", "viewings"):
+        # What says nothing is left out: most documents are of a first pass that nobody looked around in.
+        if not fields[name]:
+            del fields[name]
     # A path that is not Unicode (Linux has such) stands in Python's text as lone surrogates; escaped in this
     # way they are legal JSON, and are read back as they were.
     return layout(fields).encode("utf-8", "backslashreplace")
@@ -142,7 +147,6 @@ def save_annotation(
     *,
     expected: FileIdentity,
     overwrite: bool = False,
-    active_seconds: float | None = None,
 ) -> tuple[Annotation, FileIdentity]:
     """Write an annotation file atomically and durably; the previous version is kept beside it as ``.bak``.
 
@@ -156,8 +160,6 @@ def save_annotation(
         is another one by now, nothing is written unless ``overwrite`` is true.
     overwrite : bool
         Write the file even then.
-    active_seconds : float, optional
-        Stamped into the file, like ``modified`` and ``program``.
 
     Returns
     -------
@@ -181,17 +183,12 @@ def save_annotation(
             where=path,
             remedy="Reload it, overwrite it (a backup is kept), or save under another name",
         )
-    stamped = changed(
-        annotation,
-        modified=now(),
-        program=__version__,
-        active_seconds=annotation.active_seconds if active_seconds is None else active_seconds,
-    )
-    content = annotation_bytes(stamped)
+    written = changed(annotation, modified=now(), program=__version__)
+    content = annotation_bytes(written)
     if is_theirs and present is not None:
         replace_durably(theirs_path(path), present)
     replace_durably(path, content, backup=backup_path(path))
-    return stamped, hashlib.sha256(content).hexdigest()
+    return written, hashlib.sha256(content).hexdigest()
 
 
 def backup_path(path: Path) -> Path:

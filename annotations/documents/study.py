@@ -1,20 +1,29 @@
 """A study: a folder with volumes, annotators and their annotations, described by ``study.toml``."""
 
+import re
 import tomllib
 import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
-from annotations.documents.annotation import Method, Record
+from annotations.documents.record import Method, Record, Truth
 from annotations.durable_files import replace_durably
 from annotations.errors import UserError, first_problem
 from annotations.geometry.tool import Name, Positive
 
 STUDY_FILE = "study.toml"
+CONSENSUS = "consensus"
+"""In whose name the settled annotations of a study stand."""
+
 # On Windows no name of a folder holds one of these, and studies travel.
+_ANNOTATION_NAME = re.compile(
+    r"(?P<volume_id>.+)\.(?P<method>keypoints|boxes)(\.repeat(?P<repeat>[1-9]\d*))?\.json"
+)
 _NOT_IN_FOLDERS = frozenset('/\\:*?"<>|')
 
 
@@ -44,6 +53,10 @@ def _is_plain_text(value: str) -> bool:
     return all(unicodedata.category(character) not in ("Cc", "Cs") for character in value)
 
 
+FolderName = Annotated[str, AfterValidator(_folder_name)]
+Count = Annotated[int, Field(ge=0, strict=True)]
+
+
 class StudyVolume(Record):
     """A volume of a study.
 
@@ -57,12 +70,37 @@ class StudyVolume(Record):
         Member of a file that holds several arrays.
     spacing_um : (float, float, float) or None
         Said here where the file does not say it.
+    repeats : int
+        How often each annotator meets it again, for the deviation of annotators from themselves.
+    batch : int
+        Volumes of a later batch come after those of the earlier ones, whose numbers stay as they are.
     """
 
     id: Name
     path: Annotated[str, AfterValidator(_relative_path)]
     dataset: str | None = None
     spacing_um: tuple[Positive, Positive, Positive] | None = None
+    repeats: Count = 0
+    batch: Count = 0
+
+
+class ViewingRules(Record):
+    """Who sees what of other people's work, and of a network's.
+
+    Attributes
+    ----------
+    others : str
+        ``when_done``: once an annotator's own annotation of a volume is done; ``never``: not at all.
+    may_look : bool
+        Whether an annotator may look before that; it is written into the document.
+    reviewers : tuple of str
+        Who sees everybody's work, settles differences and exports the report. Where nobody is named, that is
+        everyone who does not annotate in the study.
+    """
+
+    others: Literal["when_done", "never"] = "when_done"
+    may_look: Truth = False
+    reviewers: tuple[FolderName, ...] = ()
 
 
 class Study(Record):
@@ -72,17 +110,30 @@ class Study(Record):
     ----------
     tool : str
         Name of the tool specification, found in the study's folder ``tools`` first.
-    annotators : tuple of str
-        Names of the annotators, each the name of a folder.
     methods : tuple of str
         ``keypoints``, ``boxes`` or both.
+    annotators : tuple of str
+        Names of the annotators, each the name of a folder.
+    assignments : mapping of str to tuple of str
+        By which of the methods an annotator works; whoever is not named here works by all of them.
+    blind : bool
+        Whether annotators see neutral numbers in place of the volumes' names.
+    order : str
+        ``listed``: as in the file, for everyone; ``shuffled``: in an order of each annotator's own, by
+        ``seed``; see `annotations.documents.queue`.
+    viewing : ViewingRules
     """
 
     schema_id: Literal["oct-study/1"] = Field(default="oct-study/1", alias="schema")
     title: str
     tool: Name
     methods: Annotated[tuple[Method, ...], Field(min_length=1)] = ("keypoints",)
-    annotators: tuple[Annotated[str, AfterValidator(_folder_name)], ...] = ()
+    annotators: tuple[FolderName, ...] = ()
+    assignments: Mapping[FolderName, Annotated[tuple[Method, ...], Field(min_length=1)]] = {}
+    blind: Truth = False
+    order: Literal["listed", "shuffled"] = "listed"
+    seed: Count = 0
+    viewing: ViewingRules = ViewingRules()
     volumes: tuple[StudyVolume, ...] = ()
 
     @model_validator(mode="after")
@@ -97,7 +148,32 @@ class Study(Record):
             for name, each in zip(names, folded, strict=True):
                 if folded.count(each) > 1:
                     raise ValueError(f"{kind} {name!r} stands more than once (capitals do not count)")
+        if CONSENSUS in self.annotators:
+            raise ValueError(f"no annotator can be called {CONSENSUS!r}: the study's consensus is kept there")
+        for annotator, methods in self.assignments.items():
+            if annotator not in self.annotators:
+                raise ValueError(f"assignments name {annotator!r}, who is not among the annotators")
+            for method in methods:
+                if method not in self.methods:
+                    raise ValueError(f"assignments name {method!r}, which is not among the study's methods")
         return self
+
+    def methods_of(self, annotator: str) -> tuple[Method, ...]:
+        """Return by which methods somebody works; a person whom the study does not know, by all of them."""
+        return self.assignments.get(annotator, self.methods)
+
+    def volume(self, volume_id: str) -> StudyVolume:
+        """Return the volume of that id; KeyError if the study has none."""
+        for volume in self.volumes:
+            if volume.id == volume_id:
+                return volume
+        raise KeyError(volume_id)
+
+    def is_reviewer(self, person: str) -> bool:
+        """Say whether a person sees everybody's work, whatever is done."""
+        if self.viewing.reviewers:
+            return person in self.viewing.reviewers
+        return person not in self.annotators
 
 
 def load_study(folder: Path) -> Study:
@@ -119,6 +195,11 @@ def load_study(folder: Path) -> Study:
 def save_study(study: Study, folder: Path) -> None:
     """Write ``study.toml`` atomically, keeping the previous one as ``.bak``; SaveError if that fails."""
     fields: dict[str, Any] = study.model_dump(mode="json", exclude_none=True)
+    for volume in fields["volumes"]:
+        # What says nothing would stand there hundreds of times.
+        for name in ("repeats", "batch"):
+            if not volume[name]:
+                del volume[name]
     path = folder / STUDY_FILE
     replace_durably(path, tomli_w.dumps(fields).encode(), backup=path.with_name(f"{STUDY_FILE}.bak"))
 
@@ -128,7 +209,38 @@ def annotation_files(folder: Path) -> list[Path]:
     return sorted(folder.glob("annotations/*/*.json"))
 
 
-def annotation_path(folder: Path, annotator: str, volume_id: str, method: Method) -> Path:
+@dataclass(frozen=True)
+class AnnotationName:
+    """What the name of an annotation file says.
+
+    Attributes
+    ----------
+    volume_id : str
+    method : str
+    repeat : int
+        Which of the annotator's passes over the volume; 0 for the first.
+    """
+
+    volume_id: str
+    method: Method
+    repeat: int = 0
+
+    @property
+    def file_name(self) -> str:
+        """``<volume id>.<method>[.repeatN].json``."""
+        return f"{self.volume_id}.{self.method}{f'.repeat{self.repeat}' if self.repeat else ''}.json"
+
+
+def annotation_name(path: Path) -> AnnotationName | None:
+    """Return what the name of an annotation file says; None where it is not named like one of a study's."""
+    match = _ANNOTATION_NAME.fullmatch(path.name)
+    if match is None:
+        return None
+    method: Method = "boxes" if match["method"] == "boxes" else "keypoints"
+    return AnnotationName(match["volume_id"], method, int(match["repeat"] or 0))
+
+
+def annotation_path(folder: Path, annotator: str, volume_id: str, method: Method, repeat: int = 0) -> Path:
     """Return where an annotator's annotation of a volume is kept below a study's folder.
 
     StudyError for an annotator whose name cannot be that of a folder.
@@ -137,4 +249,9 @@ def annotation_path(folder: Path, annotator: str, volume_id: str, method: Method
         _folder_name(annotator)
     except ValueError as error:
         raise StudyError(str(error), remedy="Choose another name for the annotator") from error
-    return folder / "annotations" / annotator / f"{volume_id}.{method}.json"
+    return folder / "annotations" / annotator / AnnotationName(volume_id, method, repeat).file_name
+
+
+def study_folder_of(path: Path) -> Path | None:
+    """Return the folder of the study that a file lies in, if it lies in one."""
+    return next((parent for parent in path.absolute().parents if (parent / STUDY_FILE).is_file()), None)

@@ -7,7 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from annotations.documents.annotation import Derivation, VolumeReference
+from annotations.documents.annotation import VolumeReference
+from annotations.documents.provenance import Derivation
 from annotations.geometry.frames import Vector
 from annotations.volumes import Volume
 

@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from annotations.documents.annotation import Annotation, Method
+from annotations.documents.annotation import Annotation
+from annotations.documents.record import Method
 from annotations.errors import Cancelled
 from annotations.fitting.accounts import (
     Account,

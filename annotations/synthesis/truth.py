@@ -7,10 +7,10 @@ from annotations.documents.annotation import (
     KeypointAnnotation,
     State,
     VolumeReference,
-    changed,
     new_annotation,
 )
 from annotations.documents.files import ships
+from annotations.documents.record import changed
 from annotations.geometry.body import surface_from_above
 from annotations.geometry.frames import Vector, is_inside
 from annotations.geometry.kinematics import keypoints_um

@@ -6,7 +6,7 @@ from typing import get_args
 from PySide6.QtCore import Signal, Slot
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
 
-from annotations.documents.annotation import Method
+from annotations.documents.record import Method
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.panels.boxes_panel import BoxesPanel

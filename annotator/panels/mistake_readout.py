@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from annotations.documents.annotation import Method
+from annotations.documents.record import Method
 from annotations.fitting.mistakes import Mistake
 from annotations.geometry.tool import ToolSpecification
 from annotator.panels.pose_readout import with_titles

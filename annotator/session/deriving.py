@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from annotations.documents.annotation import Annotation, Method
+from annotations.documents.annotation import Annotation
 from annotations.documents.conversion import keypoints_without_box, sibling_path, to_boxes, to_keypoints
 from annotations.documents.files import DocumentError, save_annotation
+from annotations.documents.record import Method
 from annotations.geometry.box_conversion import RollUnknown, boxes_from_keypoints
 from annotations.geometry.boxes import hinge_axes
 from annotations.geometry.frames import Vector, vector

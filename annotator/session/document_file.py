@@ -1,11 +1,14 @@
 """The file of the open document: its path, what stands in it, and the journal of what does not yet."""
 
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 from time import monotonic
 
-from annotations.documents.annotation import Annotation, changed
+from annotations.documents.annotation import Annotation, stamped
 from annotations.documents.files import FileIdentity, save_annotation
+from annotations.documents.provenance import NO_STAMPS, Stamps, Viewing
+from annotations.documents.record import changed
 from annotations.documents.recovery import RecoveryJournal
 from annotations.documents.volume_link import relative_path
 
@@ -25,8 +28,8 @@ class DocumentFile:
         Identity of the annotation file's present content, "" where there is none yet.
     recovery_folder : Path
         Where the journal is kept.
-    active_seconds : float
-        Time already spent on the document.
+    stamps : Stamps
+        What the file says of the work on the document so far.
     clock : callable
         Seconds that never run backwards.
 
@@ -42,7 +45,7 @@ class DocumentFile:
         volume_path: Path,
         expected: FileIdentity,
         recovery_folder: Path,
-        active_seconds: float = 0.0,
+        stamps: Stamps = NO_STAMPS,
         clock: Callable[[], float] = monotonic,
     ) -> None:
         self.path = path
@@ -50,7 +53,7 @@ class DocumentFile:
         self._expected = expected
         self._journal = RecoveryJournal(recovery_folder, path, expected)
         self._clock = clock
-        self._active_seconds = active_seconds
+        self._stamps = stamps
         self._last_activity = clock()
 
     def note_activity(self) -> None:
@@ -58,13 +61,22 @@ class DocumentFile:
         moment = self._clock()
         pause = moment - self._last_activity
         if pause < _LONGEST_PAUSE_S:
-            self._active_seconds += pause
+            self._stamps = changed(self._stamps, active_seconds=self._stamps.active_seconds + pause)
         self._last_activity = moment
 
+    def note_viewing(self, viewing: Viewing) -> None:
+        """Write down, where undo does not reach, that the annotator was shown somebody else's work."""
+        self._stamps = changed(self._stamps, viewings=(*self._stamps.viewings, viewing))
+
+    def note_reopening(self, moment: datetime) -> None:
+        """Write down, likewise, that the document was changed after the others' work could be seen."""
+        if self._stamps.reopened is None:
+            self._stamps = changed(self._stamps, reopened=moment)
+
     @property
-    def active_seconds(self) -> float:
-        """Time spent at work on the document, in seconds."""
-        return self._active_seconds
+    def stamps(self) -> Stamps:
+        """What the file is to say of the work on the document."""
+        return changed(self._stamps, active_seconds=round(self._stamps.active_seconds, 1))
 
     def record(self, document: Annotation) -> None:
         """Write a document into the journal at once; SaveError if that fails."""
@@ -94,7 +106,6 @@ class DocumentFile:
             target,
             expected=expected,
             overwrite=overwrite or path is not None,
-            active_seconds=round(self._active_seconds, 1),
         )
         self.path = target
         self._journal.restart(target, self._expected)
@@ -108,4 +119,5 @@ class DocumentFile:
 
     def _located(self, document: Annotation, path: Path) -> Annotation:
         volume = changed(document.volume, path=relative_path(self._volume_path, path))
-        return document if volume == document.volume else changed(document, volume=volume)
+        located = document if volume == document.volume else changed(document, volume=volume)
+        return stamped(located, self.stamps)

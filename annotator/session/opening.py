@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from annotations.documents.annotation import Annotation, changed, new_annotation, with_all_parts
+from annotations.documents.annotation import Annotation, new_annotation, with_all_parts
 from annotations.documents.files import (
     DocumentError,
     FileIdentity,
@@ -14,6 +14,7 @@ from annotations.documents.files import (
     ships,
     tool_of,
 )
+from annotations.documents.record import changed
 from annotations.documents.recovery import Recovery
 from annotations.documents.volume_link import compare, reference_to
 from annotations.errors import UserError

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from annotations.app_folders import cache_folder, state_folder, tool_folder
-from annotations.documents.annotation import Method
+from annotations.documents.record import Method
 from annotations.geometry.frames import Vector
 from annotator.session.spacing_answer import SpacingAnswer
 

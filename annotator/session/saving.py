@@ -5,8 +5,8 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 
 from annotations.documents import edits
-from annotations.documents.annotation import Status
 from annotations.documents.files import ChangedOnDisk
+from annotations.documents.record import Status
 from annotations.durable_files import SaveError
 from annotator.session.calibrating import SessionCalibrating
 from annotator.session.options import SessionOptions

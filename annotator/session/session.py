@@ -7,8 +7,8 @@ from typing import Any
 
 from PySide6.QtCore import QObject
 
-from annotations.documents.annotation import Method
 from annotations.documents.files import file_identity
+from annotations.documents.record import Method
 from annotations.documents.recovery import Recovery, discard, find_recoveries
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
@@ -258,14 +258,14 @@ class Session(SessionSaving):
             self._document = None
             self._view = replace(before_view, active_part=None, cropping_um=None, **_NOTHING_ON_ITS_WAY)
         else:
-            item = opened.found.item
+            item, recovery = opened.found.item, opened.found.request.recovery
             self._document = opened.document
             self._file = DocumentFile(
                 item.annotation_path,
                 item.volume_path,
                 opened.found.identity,
                 self._options.recovery_folder,
-                opened.document.active_seconds,
+                recovery.document.stamps if recovery else opened.document.stamps,
             )
             self._view = self._first_view(opened)
         self._autosave.watch(self._file)

@@ -8,8 +8,9 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoStack
 
 from annotations.documents import edits
-from annotations.documents.annotation import Annotation, Method
+from annotations.documents.annotation import Annotation
 from annotations.documents.edits import EditRefused
+from annotations.documents.record import Method
 from annotations.documents.representations import keypoint_positions_um
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
@@ -201,7 +202,7 @@ class SessionState(QObject):
     @property
     def active_seconds(self) -> float:
         """Time spent at work on the open document, in seconds."""
-        return self._file.active_seconds if self._file else 0.0
+        return self._file.stamps.active_seconds if self._file else 0.0
 
     @property
     def shown_document(self) -> Annotation | None:

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from annotations.documents.annotation import Annotation, Method
+from annotations.documents.annotation import Annotation
 from annotations.documents.conversion import sibling_path
 from annotations.documents.files import load_annotation
+from annotations.documents.record import Method
 from annotations.documents.study import STUDY_FILE, annotation_path, load_study
 from annotations.documents.volume_link import referenced_path
 from annotations.errors import UserError

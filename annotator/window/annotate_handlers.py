@@ -5,7 +5,8 @@ from functools import partial
 
 from PySide6.QtWidgets import QInputDialog, QWidget
 
-from annotations.documents.annotation import Method, Part, State
+from annotations.documents.annotation import Part, State
+from annotations.documents.record import Method
 from annotations.errors import UserError
 from annotator.actions.annotate_table import BENT_JOINTS, KEYPOINT_KEYS
 from annotator.session import Session

@@ -6,7 +6,7 @@ from functools import partial
 from PySide6.QtCore import QObject, Qt, QTimer
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStyle, QWidget
 
-from annotations.documents.annotation import Method
+from annotations.documents.record import Method
 
 # Part of the window's width, at the first start, that the panels on the left take.
 _LEFT_WIDTH = 0.14

@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QShowEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
 
-from annotations.documents.annotation import Method
+from annotations.documents.record import Method
 from annotations.fitting.pose_fit import prepare_fitting
 from annotator.actions.action_set import ActionSet
 from annotator.actions.state import state_of

@@ -6,9 +6,10 @@ from typing import Any
 import pytest
 
 from annotations.cli import main
-from annotations.documents.annotation import Annotation, changed
+from annotations.documents.annotation import Annotation
 from annotations.documents.edits import clear, pose_tool, set_state
 from annotations.documents.files import load_annotation, save_annotation
+from annotations.documents.record import changed
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.rotations import from_yaw_pitch_roll, yaw_pitch_roll_deg
 from annotations.geometry.tool_library import shipped_tools

@@ -14,19 +14,17 @@ from annotations.documents.annotation import (
     Annotation,
     BoxAnnotation,
     Certainty,
-    Derivation,
     KeypointAnnotation,
-    Method,
     Source,
     State,
-    Status,
     VolumeReference,
-    changed,
     new_annotation,
     with_all_parts,
 )
 from annotations.documents.edits import place_box, place_keypoint, set_status
 from annotations.documents.files import file_identity, save_annotation
+from annotations.documents.provenance import Contribution, Derivation, Viewing
+from annotations.documents.record import Method, Status, changed
 from annotations.documents.recovery import RecoveryJournal
 from annotations.documents.volume_link import reference_to
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
@@ -49,6 +47,13 @@ moments = st.datetimes(timezones=st.just(UTC)).map(lambda moment: moment.replace
 rotations = st.tuples(*[st.floats(-1, 1)] * 4).filter(any).map(quaternion)
 
 
+origins = st.sampled_from(get_args(Source)).flatmap(
+    lambda source: st.fixed_dictionaries(
+        {"source": st.just(source), "adopted_from": names if source == "adopted" else st.none()}
+    )
+)
+
+
 @st.composite
 def keypoints(
     draw: st.DrawFn, named: st.SearchStrategy[str] = names, states: tuple[State, ...] = get_args(State)
@@ -61,7 +66,7 @@ def keypoints(
     }
     if fields["state"] != "unplaced":
         fields["position_um"] = draw(positions)
-        fields["source"] = draw(st.sampled_from(get_args(Source)))
+        fields |= draw(origins)
     return KeypointAnnotation(**fields)
 
 
@@ -79,7 +84,7 @@ def boxes(
         fields["center_um"] = draw(positions)
         fields["size_um"] = draw(spacings)
         fields["rotation_wxyz"] = draw(rotations)
-        fields["source"] = draw(st.sampled_from(get_args(Source)))
+        fields |= draw(origins)
     return BoxAnnotation(**fields)
 
 
@@ -99,6 +104,23 @@ derivations = st.builds(
     path=paths,
     method=st.sampled_from(get_args(Method)),
     roll_deg=st.none() | coordinates,
+)
+
+
+contributions = st.builds(
+    Contribution,
+    path=paths,
+    annotator=words,
+    repeat=st.integers(0, 3),
+    sha256=st.text("0123456789abcdef", min_size=64, max_size=64),
+)
+
+
+viewings = st.builds(
+    Viewing,
+    moment=moments,
+    shown=st.sampled_from(["annotations", "predictions"]),
+    status=st.sampled_from(get_args(Status)),
 )
 
 
@@ -126,10 +148,15 @@ def documents(draw: st.DrawFn) -> Annotation:
             )
         ),
         boxes=tuple(draw(st.lists(boxes(states=of_boxes), max_size=3, unique_by=lambda box: box.link))),
+        repeat=draw(st.integers(0, 3)),
+        flag=draw(st.none() | names),
         derived_from=draw(st.none() | derivations),
+        consensus_of=tuple(draw(st.lists(contributions, max_size=2))),
         created=draw(moments),
         modified=draw(moments),
         active_seconds=draw(st.floats(0, allow_infinity=False)),
+        viewings=tuple(draw(st.lists(viewings, max_size=2))),
+        reopened=draw(st.none() | moments),
         program=draw(words),
     )
 

@@ -12,14 +12,13 @@ from annotations import __version__
 from annotations.documents.annotation import (
     Annotation,
     BoxAnnotation,
-    Derivation,
     KeypointAnnotation,
-    Method,
     VolumeReference,
-    changed,
     new_annotation,
     without_stamps,
 )
+from annotations.documents.provenance import Derivation
+from annotations.documents.record import Method, changed
 from annotations.geometry.tool import ToolSpecification
 
 PLACED: dict[str, Any] = {

@@ -6,14 +6,7 @@ from functools import partial
 
 import pytest
 
-from annotations.documents.annotation import (
-    Annotation,
-    BoxAnnotation,
-    Method,
-    State,
-    changed,
-    with_all_parts,
-)
+from annotations.documents.annotation import Annotation, BoxAnnotation, State, with_all_parts
 from annotations.documents.edits import (
     EditRefused,
     clear,
@@ -26,6 +19,7 @@ from annotations.documents.edits import (
     set_certainty,
     set_state,
 )
+from annotations.documents.record import Method, changed
 from annotations.documents.representations import document_targets
 from annotations.geometry.boxes import Box
 from annotations.geometry.kinematics import ToolPose, keypoints_um

@@ -6,11 +6,12 @@ from typing import Any
 
 import pytest
 
-from annotations.documents.annotation import Annotation, BoxAnnotation, State, changed, with_all_parts
+from annotations.documents.annotation import Annotation, BoxAnnotation, State, with_all_parts
 from annotations.documents.checks import check_annotation, check_file
 from annotations.documents.conversion import sibling_path, to_boxes
 from annotations.documents.edits import clear, place_box, place_keypoint, set_state, set_status
 from annotations.documents.files import annotation_bytes, save_annotation
+from annotations.documents.record import changed
 from annotations.geometry.boxes import Box, box_between
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotations.geometry.rotations import about_axis, product

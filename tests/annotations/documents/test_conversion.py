@@ -4,14 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from annotations.documents.annotation import (
-    Annotation,
-    Certainty,
-    Derivation,
-    State,
-    changed,
-    with_all_parts,
-)
+from annotations.documents.annotation import Annotation, Certainty, State, with_all_parts
 from annotations.documents.checks import check_annotation
 from annotations.documents.conversion import (
     ConversionRefused,
@@ -31,6 +24,8 @@ from annotations.documents.edits import (
     set_status,
 )
 from annotations.documents.files import annotation_bytes, load_annotation, parse_annotation, save_annotation
+from annotations.documents.provenance import Derivation
+from annotations.documents.record import changed
 from annotations.documents.representations import document_targets
 from annotations.fitting.evidence import document_points
 from annotations.geometry.box_conversion import RollUnknown

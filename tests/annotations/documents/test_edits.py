@@ -8,15 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from annotations.documents.annotation import (
-    Annotation,
-    Certainty,
-    KeypointAnnotation,
-    Source,
-    State,
-    Status,
-    changed,
-)
+from annotations.documents.annotation import Annotation, Certainty, KeypointAnnotation, Source, State
 from annotations.documents.edits import (
     EditRefused,
     clear,
@@ -29,6 +21,7 @@ from annotations.documents.edits import (
     set_status,
 )
 from annotations.documents.files import annotation_bytes
+from annotations.documents.record import Status, changed
 from annotations.geometry.boxes import Box
 from annotations.geometry.rotations import quaternion
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 
 from annotations import __version__
 from annotations.documents import files
-from annotations.documents.annotation import Annotation, BoxAnnotation, changed, without_stamps
+from annotations.documents.annotation import Annotation, BoxAnnotation, without_stamps
 from annotations.documents.edits import place_keypoint, set_status
 from annotations.documents.files import (
     ChangedOnDisk,
@@ -27,6 +27,7 @@ from annotations.documents.files import (
     ships,
     tool_of,
 )
+from annotations.documents.record import changed
 from annotations.durable_files import SaveError
 from annotations.geometry.tool import ToolError, ToolSpecification
 
@@ -112,7 +113,7 @@ def test_a_volumes_name_that_is_no_unicode_survives(document: Annotation) -> Non
 
 
 def test_saving_stamps_the_file_alone(document: Annotation, path: Path) -> None:
-    written, _ = save_annotation(document, path, expected="", active_seconds=12.5)
+    written, _ = save_annotation(changed(document, active_seconds=12.5), path, expected="")
     assert written.modified > document.modified
     assert (written.active_seconds, written.program, written.created) == (12.5, __version__, document.created)
     again, _ = save_annotation(written, path, expected="", overwrite=True)

@@ -9,8 +9,9 @@ from typing import IO
 
 import pytest
 
-from annotations.documents.annotation import Annotation, changed
+from annotations.documents.annotation import Annotation
 from annotations.documents.files import file_identity, save_annotation
+from annotations.documents.record import changed
 from annotations.documents.recovery import Recovery, RecoveryJournal, discard, find_recoveries
 
 # A program with a document open: each line that it is told is one edit, answered when it is on disk.
@@ -170,7 +171,7 @@ def test_dying_between_saving_and_forgetting_leaves_nothing(
 ) -> None:
     for document in edited:
         journal.record(document)
-    save_annotation(edited[-1], saved_path, expected="", overwrite=True, active_seconds=99.0)
+    save_annotation(changed(edited[-1], active_seconds=99.0), saved_path, expected="", overwrite=True)
     journal.leave()
     assert find_recoveries(recovery_folder) == ()
 

@@ -1,7 +1,8 @@
 import pytest
 
-from annotations.documents.annotation import Annotation, KeypointAnnotation, changed
+from annotations.documents.annotation import Annotation, KeypointAnnotation
 from annotations.documents.edits import clear, lock, set_certainty, set_state
+from annotations.documents.record import changed
 from annotations.documents.representations import document_targets, keypoint_positions_um, keypoints_of
 from annotations.geometry.boxes import box_keypoints_um
 from annotations.geometry.kinematics import ToolPose, keypoints_um

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from annotations.documents.annotation import Annotation, VolumeReference, changed
+from annotations.documents.annotation import Annotation, VolumeReference
+from annotations.documents.record import changed
 from annotations.documents.volume_link import compare, reference_to, referenced_path, relative_path
 from annotations.volumes import fingerprint, open_volume, write_sidecar
 

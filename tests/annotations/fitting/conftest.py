@@ -10,9 +10,9 @@ from annotations.documents.annotation import (
     BoxAnnotation,
     KeypointAnnotation,
     VolumeReference,
-    changed,
     new_annotation,
 )
+from annotations.documents.record import changed
 from annotations.fitting.evidence import ROLL_SIGMA_DEG
 from annotations.geometry import rotations
 from annotations.geometry.boxes import Box, box_between

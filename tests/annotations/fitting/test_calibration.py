@@ -5,16 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from annotations.documents.annotation import (
-    Annotation,
-    Method,
-    Source,
-    VolumeReference,
-    changed,
-    new_annotation,
-)
+from annotations.documents.annotation import Annotation, Source, VolumeReference, new_annotation
 from annotations.documents.edits import place_box, place_keypoint, pose_tool, set_certainty, set_state
 from annotations.documents.files import save_annotation
+from annotations.documents.record import Method, changed
 from annotations.documents.study import annotation_path
 from annotations.fitting.calibration import (
     Calibration,

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
-from annotations.documents.annotation import Method
+from annotations.documents.record import Method
 from annotations.documents.study import Study, StudyVolume, save_study
 from annotator.panels.annotation_panel import AnnotationPanel
 from annotator.session import Session

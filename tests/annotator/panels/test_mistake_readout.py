@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from annotations.documents.annotation import Method
+from annotations.documents.record import Method
 from annotations.fitting.mistakes import Mistake, MistakeKind
 from annotations.geometry.tool_library import find_tool
 from annotator.panels.mistake_readout import MistakeReading, mistake_readings, right_names

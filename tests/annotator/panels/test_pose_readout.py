@@ -6,15 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from annotations.documents.annotation import (
-    Annotation,
-    Method,
-    VolumeReference,
-    changed,
-    new_annotation,
-    with_all_parts,
-)
+from annotations.documents.annotation import Annotation, VolumeReference, new_annotation, with_all_parts
 from annotations.documents.edits import place_box, place_keypoint, set_certainty
+from annotations.documents.record import Method, changed
 from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, link_boxes
 from annotations.geometry.tool import ToolSpecification

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from annotations.documents.annotation import Method, changed
+from annotations.documents.record import Method, changed
 from annotations.documents.study import Study, StudyVolume, load_study, save_study
 from annotations.errors import UserError
 from annotator.session import Session

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QDockWidget, QWidget
 from pytestqt.qtbot import QtBot
 
-from annotations.documents.annotation import Method
+from annotations.documents.record import Method
 from annotations.geometry.boxes import Box
 from annotator.session import Session
 from annotator.settings import Settings
