@@ -218,6 +218,7 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
         found.request.worklist.annotator,
         found.request.worklist.method,
         ships=ships(found.tool),
+        repeat=found.item.repeat,
     )
     level = strided_preview(found.volume, spacing_um)
     warnings = tuple(

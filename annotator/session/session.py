@@ -309,11 +309,11 @@ class Session(SessionSaving):
 
     def _on_worklist_of_method_read(self, worklist: Worklist) -> None:
         # Meanwhile a person may have gone on to another volume, or closed this one.
-        _, index = self._destination()
+        present, index = self._destination()
         if index is None:
             self._set_worklist(worklist, None)
         else:
-            self._open(worklist, index)
+            self._open(worklist, worklist.index_of(present.items[index]))
 
     def _on_opener_opened(self, opened: Opened) -> None:
         request = opened.found.request

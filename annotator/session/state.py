@@ -297,8 +297,16 @@ class SessionState(QObject):
         index = self._current_index
         if index is None or self._document is None or self._file is None:
             return
-        item = replace(self.items[index], status=self._document.status, annotation_path=self._file.path)
-        if item != self.items[index]:
+        item = replace(
+            self.items[index],
+            status=self._document.status,
+            flag=self._document.flag,
+            active_seconds=self._file.stamps.active_seconds
+            if not self.unsaved
+            else self.items[index].active_seconds,
+            annotation_path=self._file.path,
+        )
+        if item != before:
             self._set_worklist(self._worklist.with_item(index, item), index)
 
     def _set_worklist(self, worklist: Worklist, index: int | None) -> None:

@@ -9,8 +9,9 @@ from typing import Literal
 from annotations.documents.annotation import Annotation
 from annotations.documents.conversion import sibling_path
 from annotations.documents.files import load_annotation
+from annotations.documents.queue import QueuePlace, queue
 from annotations.documents.record import Method
-from annotations.documents.study import STUDY_FILE, annotation_path, load_study
+from annotations.documents.study import STUDY_FILE, Study, annotation_path, load_study
 from annotations.documents.volume_link import referenced_path
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
@@ -26,7 +27,7 @@ class WorkItem:
     Attributes
     ----------
     label : str
-        What the list shows.
+        What the list shows: in blind work a neutral number.
     volume_path, annotation_path : Path
         Absolute.
     dataset : str or None
@@ -35,6 +36,14 @@ class WorkItem:
         Where the study states it.
     status : str
         ``new`` where no annotation file is there yet, or it cannot be read.
+    flag : str or None
+        Why somebody should look at it, in the annotator's words.
+    active_seconds : float
+        Time that the annotator was at work on it.
+    volume_id : str or None
+        In the study; None outside of one.
+    repeat : int
+        Which of the annotator's passes over the volume it is.
     """
 
     label: str
@@ -43,6 +52,15 @@ class WorkItem:
     dataset: str | None = None
     spacing_um: Vector | None = None
     status: ItemStatus = "new"
+    flag: str | None = None
+    active_seconds: float = 0.0
+    volume_id: str | None = None
+    repeat: int = 0
+
+    @property
+    def place(self) -> tuple[Path, str | None, int]:
+        """What is annotated: the volume, and which pass over it; by whichever method."""
+        return (self.volume_path, self.dataset, self.repeat)
 
 
 @dataclass(frozen=True)
@@ -63,7 +81,9 @@ class Worklist:
     method : str
         How the volumes are annotated: by ``keypoints`` or ``boxes``, each in files of its own.
     methods : tuple of str
-        Those that can be chosen: the study's, or both.
+        Those that can be chosen: the study's for this annotator, or both.
+    study : Study or None
+        What the study says that the items belong to.
     """
 
     path: Path
@@ -75,24 +95,37 @@ class Worklist:
     tool_name: str | None = None
     method: Method = "keypoints"
     methods: tuple[Method, ...] = ("keypoints", "boxes")
+    study: Study | None = None
 
     @property
     def is_folder(self) -> bool:
         """Whether a whole study or folder was asked for, rather than one of its files."""
         return self.path == self.folder
 
+    @property
+    def is_blind(self) -> bool:
+        """Whether the annotator is to know the volumes by their numbers alone."""
+        return self.study is not None and self.study.blind and self.annotator in self.study.annotators
+
     def has_volumes_of(self, other: "Worklist") -> bool:
-        """Whether it lists the same volumes in the same order, by whichever method."""
-        return [item.volume_path for item in self.items] == [item.volume_path for item in other.items]
+        """Whether it lists the same volumes, by whichever method: a queue's order depends on that."""
+        return {item.place for item in self.items} == {item.place for item in other.items}
+
+    def index_of(self, item: WorkItem) -> int:
+        """Return where the same pass over the same volume stands here; ValueError if it does not."""
+        return [each.place for each in self.items].index(item.place)
 
     def with_item(self, index: int, item: WorkItem) -> "Worklist":
         """Return the list with one item replaced."""
         return replace(self, items=(*self.items[:index], item, *self.items[index + 1 :]))
 
-    def with_method(self, method: Method) -> "Worklist":
+    def with_method(self, method: Method, *, anew: bool = False) -> "Worklist":
         """Return the list of the same volumes with the files of another method, which are looked at."""
-        if method == self.method:
+        if method == self.method and not anew:
             return self
+        if self.study is not None:
+            items = _of_queue(self.folder, self.study, self.annotator, method, self.is_blind)
+            return replace(self, items=_with_status(items), method=method)
         items = [replace(item, annotation_path=_beside(item.annotation_path, method)) for item in self.items]
         return replace(self, items=_with_status(items), method=method)
 
@@ -191,27 +224,31 @@ def _of_one(document: Annotation, path: Path, title: str) -> Worklist:
 
 def _of_study(folder: Path, annotator: str, wanted: Method) -> Worklist:
     study = load_study(folder)
-    method = wanted if wanted in study.methods else study.methods[0]
-    items = [
-        WorkItem(
-            label=volume.id,
-            volume_path=(folder / volume.path).resolve(),
-            annotation_path=annotation_path(folder, annotator, volume.id, method),
-            dataset=volume.dataset,
-            spacing_um=volume.spacing_um,
-        )
-        for volume in study.volumes
-    ]
-    return Worklist(
-        folder,
-        study.title,
-        folder,
-        _with_status(items),
-        annotator,
-        tool_name=study.tool,
-        method=method,
-        methods=study.methods,
+    methods = study.methods_of(annotator)
+    method = wanted if wanted in methods else methods[0]
+    worklist = Worklist(
+        folder, study.title, folder, (), annotator, tool_name=study.tool, methods=methods, study=study
     )
+    return worklist.with_method(method, anew=True)
+
+
+def _of_queue(folder: Path, study: Study, annotator: str, method: Method, is_blind: bool) -> list[WorkItem]:
+    return [
+        WorkItem(
+            label=f"Volume {place.number}" if is_blind else _label(place),
+            volume_path=(folder / place.volume.path).resolve(),
+            annotation_path=annotation_path(folder, annotator, place.volume.id, method, place.repeat),
+            dataset=place.volume.dataset,
+            spacing_um=place.volume.spacing_um,
+            volume_id=place.volume.id,
+            repeat=place.repeat,
+        )
+        for place in queue(study, annotator, method)
+    ]
+
+
+def _label(place: QueuePlace) -> str:
+    return f"{place.volume.id}{f', pass {place.repeat + 1}' if place.repeat else ''}"
 
 
 def _of_files(path: Path, volumes: Sequence[Path], annotator: str, method: Method) -> Worklist:
@@ -241,11 +278,14 @@ def _beside(path: Path, method: Method) -> Path:
 
 
 def _with_status(items: Sequence[WorkItem]) -> tuple[WorkItem, ...]:
-    return tuple(replace(item, status=_status(item.annotation_path)) for item in items)
+    return tuple(_as_kept(item) for item in items)
 
 
-def _status(path: Path) -> ItemStatus:
+def _as_kept(item: WorkItem) -> WorkItem:
     # A file that cannot be read is reported when it is opened, not by a list of hundreds.
     with contextlib.suppress(UserError):
-        return load_annotation(path)[0].status
-    return "new"
+        document, _ = load_annotation(item.annotation_path)
+        return replace(
+            item, status=document.status, flag=document.flag, active_seconds=document.active_seconds
+        )
+    return replace(item, status="new", flag=None, active_seconds=0.0)
