@@ -297,13 +297,13 @@ class SessionState(QObject):
         index = self._current_index
         if index is None or self._document is None or self._file is None:
             return
+        before = self.items[index]
         item = replace(
-            self.items[index],
+            before,
             status=self._document.status,
             flag=self._document.flag,
-            active_seconds=self._file.stamps.active_seconds
-            if not self.unsaved
-            else self.items[index].active_seconds,
+            # Once saved: a list that is drawn anew with every second would take the time from the work.
+            active_seconds=before.active_seconds if self.unsaved else self._file.stamps.active_seconds,
             annotation_path=self._file.path,
         )
         if item != before:
