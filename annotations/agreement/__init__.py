@@ -1,0 +1,1 @@
+"""Several annotators' documents of the same volumes → deviations, statistics, consensus, report."""
