@@ -194,12 +194,9 @@ def load_study(folder: Path) -> Study:
 
 def save_study(study: Study, folder: Path) -> None:
     """Write ``study.toml`` atomically, keeping the previous one as ``.bak``; SaveError if that fails."""
-    fields: dict[str, Any] = study.model_dump(mode="json", exclude_none=True)
-    for volume in fields["volumes"]:
-        # What says nothing would stand there hundreds of times.
-        for name in ("repeats", "batch"):
-            if not volume[name]:
-                del volume[name]
+    # What says nothing is left out; these say what a person looks for first.
+    always = study.model_dump(mode="json", include={"schema_id", "title", "tool", "methods", "annotators"})
+    fields: dict[str, Any] = always | study.model_dump(mode="json", exclude_defaults=True)
     path = folder / STUDY_FILE
     replace_durably(path, tomli_w.dumps(fields).encode(), backup=path.with_name(f"{STUDY_FILE}.bak"))
 
