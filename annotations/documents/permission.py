@@ -33,6 +33,12 @@ FREE = Permission(may_see=True)
 """Outside a study nobody is kept from seeing anything."""
 
 
+def while_at_work(study: Study) -> Permission:
+    """Return what an annotator may see of a volume as long as the own work on it is not done."""
+    reason = "Your own annotation of this volume is not done yet"
+    return Permission(may_see=False, may_look=study.viewing.may_look, reason=reason)
+
+
 def permission(study: Study, folder: Path, person: str, volume_id: str) -> Permission:
     """Return what a person may see of a volume; the files of that person are read.
 
@@ -41,10 +47,8 @@ def permission(study: Study, folder: Path, person: str, volume_id: str) -> Permi
     """
     if study.is_reviewer(person) and person not in study.annotators:
         return FREE
-    left = sum(1 for _ in _unfinished(study, folder, person, volume_id))
-    if left:
-        done = "Your own annotation of this volume is not done yet"
-        return Permission(may_see=False, may_look=study.viewing.may_look, reason=done)
+    if any(True for _ in _unfinished(study, folder, person, volume_id)):
+        return while_at_work(study)
     if study.viewing.others == "never" and not study.is_reviewer(person):
         return Permission(may_see=False, reason="In this study annotators do not see each other's work")
     return FREE

@@ -251,7 +251,8 @@ def _is_saved(recovery: Recovery) -> bool:
         saved, _ = load_annotation(recovery.annotation_path)
     except UserError:
         return False
-    return without_stamps(saved) == without_stamps(recovery.document)
+    seen = [(document.viewings, document.reopened) for document in (saved, recovery.document)]
+    return seen[0] == seen[1] and without_stamps(saved) == without_stamps(recovery.document)
 
 
 def _lock(journal_path: Path) -> FileLock:

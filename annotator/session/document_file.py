@@ -30,6 +30,8 @@ class DocumentFile:
         Where the journal is kept.
     stamps : Stamps
         What the file says of the work on the document so far.
+    owes_stamps : bool
+        Whether the file itself does not say all of that yet.
     clock : callable
         Seconds that never run backwards.
 
@@ -46,6 +48,7 @@ class DocumentFile:
         expected: FileIdentity,
         recovery_folder: Path,
         stamps: Stamps = NO_STAMPS,
+        owes_stamps: bool = False,
         clock: Callable[[], float] = monotonic,
     ) -> None:
         self.path = path
@@ -54,6 +57,7 @@ class DocumentFile:
         self._journal = RecoveryJournal(recovery_folder, path, expected)
         self._clock = clock
         self._stamps = stamps
+        self.owes_stamps = owes_stamps
         self._last_activity = clock()
 
     def note_activity(self) -> None:
@@ -67,11 +71,13 @@ class DocumentFile:
     def note_viewing(self, viewing: Viewing) -> None:
         """Write down, where undo does not reach, that the annotator was shown somebody else's work."""
         self._stamps = changed(self._stamps, viewings=(*self._stamps.viewings, viewing))
+        self.owes_stamps = True
 
     def note_reopening(self, moment: datetime) -> None:
         """Write down, likewise, that the document was changed after the others' work could be seen."""
         if self._stamps.reopened is None:
             self._stamps = changed(self._stamps, reopened=moment)
+            self.owes_stamps = True
 
     @property
     def stamps(self) -> Stamps:
@@ -108,6 +114,7 @@ class DocumentFile:
             overwrite=overwrite or path is not None,
         )
         self.path = target
+        self.owes_stamps = False
         self._journal.restart(target, self._expected)
 
     def close(self, *, nothing_left: bool) -> None:

@@ -1,15 +1,21 @@
 """The session's saving: when a person asks, when they leave, and a while after each edit."""
 
+import contextlib
 from pathlib import Path
 
 from PySide6.QtCore import QObject
 
 from annotations.documents import edits
+from annotations.documents.annotation import Annotation
 from annotations.documents.files import ChangedOnDisk
-from annotations.documents.record import Status
+from annotations.documents.provenance import Viewing
+from annotations.documents.record import Status, changed, now
 from annotations.durable_files import SaveError
 from annotator.session.calibrating import SessionCalibrating
 from annotator.session.options import SessionOptions
+from annotator.session.seeing import Seeing
+
+_REOPENED = "It was done, and the others' work could be seen: from now on it is marked as reopened"
 
 
 class SessionSaving(SessionCalibrating):
@@ -19,6 +25,7 @@ class SessionSaving(SessionCalibrating):
         super().__init__(options, parent)
         self._autosave_failed = False
         self._autosave.save_requested.connect(self._on_autosave_save_requested)
+        self.seeing = Seeing(self, self._write_viewing, self)
 
     def set_autosave(self, seconds: float) -> None:
         """Change how soon an edit is written to the annotation's file; 0 leaves saving to the person."""
@@ -49,6 +56,37 @@ class SessionSaving(SessionCalibrating):
                 doubts.append(f"the check says: {' '.join(mistake.text for mistake in mistakes)}")
             though = f", though {', and '.join(doubts)}" if doubts else ""
             self.message_posted.emit(f"Done and saved{though}")
+
+    def _show_document(self, document: Annotation) -> None:
+        before = self._document
+        reopens = before is not None and self._reopens(before, document)
+        if before is not None and reopens:
+            self._note_reopening(before)
+        super()._show_document(document)
+        if reopens:
+            self.message_posted.emit(_REOPENED)
+
+    def _reopens(self, before: Annotation, after: Annotation) -> bool:
+        """Whether a change is one of finished work whose author could see the others': whoever makes it."""
+        if before.status != "done" or self._file is None or self._file.stamps.reopened is not None:
+            return False
+        # To ask for somebody's attention is no change of what was found.
+        return changed(before, flag=after.flag) != after and self.seeing.exposure().could_see
+
+    def _note_reopening(self, before: Annotation) -> None:
+        if self._file is None:
+            return
+        self._file.note_reopening(now())
+        if self.undo_stack.isClean():
+            # With the document that it holds: the change itself may be undone, and never be saved.
+            with contextlib.suppress(SaveError):
+                self._file.save(before, overwrite=False)
+
+    def _write_viewing(self, viewing: Viewing) -> bool:
+        if self._file is None:
+            return False
+        self._file.note_viewing(viewing)
+        return self.save()
 
     def _is_saved(self) -> bool:
         self.settle_typing()

@@ -7,6 +7,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject
 
+from annotations.documents.annotation import Annotation
 from annotations.documents.files import file_identity
 from annotations.documents.record import Method
 from annotations.documents.recovery import Recovery, discard, find_recoveries
@@ -265,7 +266,8 @@ class Session(SessionSaving):
                 item.volume_path,
                 opened.found.identity,
                 self._options.recovery_folder,
-                recovery.document.stamps if recovery else opened.document.stamps,
+                self.seeing.carried_over(recovery.document if recovery else opened.document),
+                owes_stamps=recovery is not None and _tells_more(recovery.document, opened.document),
             )
             self._view = self._first_view(opened)
         self._autosave.watch(self._file)
@@ -368,3 +370,8 @@ class Session(SessionSaving):
         if request.worklist.is_folder and request.worklist is not self._worklist and self.close_volume():
             self._set_worklist(request.worklist, None)
         self._raise_error(error)
+
+
+def _tells_more(recovered: Annotation, saved: Annotation) -> bool:
+    """Whether a recovered document says more of what its annotator could see than its file does."""
+    return (recovered.viewings, recovered.reopened) != (saved.viewings, saved.reopened)

@@ -10,6 +10,7 @@ from PySide6.QtGui import QUndoStack
 from annotations.documents import edits
 from annotations.documents.annotation import Annotation
 from annotations.documents.edits import EditRefused
+from annotations.documents.provenance import Viewing
 from annotations.documents.record import Method
 from annotations.documents.representations import keypoint_positions_um
 from annotations.errors import UserError
@@ -197,7 +198,17 @@ class SessionState(QObject):
     @property
     def unsaved(self) -> bool:
         """Whether the document has edits that are not in its file (they are in the recovery journal)."""
-        return not self.undo_stack.isClean()
+        return not self.undo_stack.isClean() or (self._file is not None and self._file.owes_stamps)
+
+    @property
+    def worklist(self) -> Worklist:
+        """The items, and the study or folder that they belong to."""
+        return self._worklist
+
+    @property
+    def viewings(self) -> tuple[Viewing, ...]:
+        """What of other people's work was shown to the annotator of the open document."""
+        return self._file.stamps.viewings if self._file else ()
 
     @property
     def active_seconds(self) -> float:
