@@ -1,0 +1,110 @@
+"""A mean over volumes, its spread, and its confidence interval by bootstrap."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from annotations.agreement.results import Estimate
+
+RESAMPLES = 2000
+"""Enough for intervals (B. Efron, R. Tibshirani, *An Introduction to the Bootstrap*, 1993, chapter 14)."""
+
+_FEW = 200
+"""Up to how many volumes are resampled; beyond, the limit of many resamples is as near, and costs nothing."""
+_LEVELS = (0.025, 0.975)
+_RESAMPLED_AT_ONCE = 500_000
+_ROUNDING = 1e-12
+
+
+def estimate(values: NDArray[np.float64], *, resamples: int = RESAMPLES, seed: int = 0) -> Estimate:
+    """Return mean, standard deviation (n − 1) and the mean's 95 % interval.
+
+    Parameters
+    ----------
+    values : (n,) array of float64
+        One for each volume; NaN where a volume has none, which is not counted.
+    resamples, seed : int
+        Of the bootstrap; see `mean_ci95`.
+    """
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return Estimate()
+    return Estimate(
+        mean=float(known.mean()),
+        sd=float(known.std(ddof=1)) if known.size > 1 else None,
+        ci95=mean_ci95(known, resamples=resamples, seed=seed),
+        n=known.size,
+    )
+
+
+def mean_ci95(
+    values: NDArray[np.float64], *, resamples: int = RESAMPLES, seed: int = 0
+) -> tuple[float, float] | None:
+    """Return the 95 % confidence interval of a mean by bootstrap over volumes.
+
+    Bias-corrected and accelerated (B. Efron, *Better bootstrap confidence intervals*, Journal of the American
+    Statistical Association 82, 1987): distances are skewed, and for them plain percentiles leave out more at
+    the upper end than at the lower. The same values give the same interval, whatever was computed before.
+
+    Beyond 200 volumes, nothing is drawn. Quantiles of the mean of a resample are then those of E. Cornish
+    and R. Fisher's expansion in its skewness γ/√n, and the bias correction and the acceleration are both
+    γ/(6√n) (T. DiCiccio, B. Efron, *Bootstrap confidence intervals*, Statistical Science 11, 1996): what
+    resampling would come to with ever more resamples, within less than the chance that 2,000 leave.
+
+    Parameters
+    ----------
+    values : (n,) array of float64
+        Finite.
+    resamples : int
+    seed : int
+
+    Returns
+    -------
+    (float, float) or None
+        None for less than two values; twice the mean where all are equal. Never NaN.
+    """
+    if values.size < 2:
+        return None
+    mean = float(values.mean())
+    if float(np.ptp(values)) <= _ROUNDING * float(np.abs(values).max()):
+        return mean, mean
+    if values.size > _FEW:
+        return _limit_of_resampling(values)
+    return _resampled(values, resamples, seed)
+
+
+def _resampled(values: NDArray[np.float64], resamples: int, seed: int) -> tuple[float, float]:
+    from scipy.stats import bootstrap
+
+    # Standardised, or products of tiny deviations would underflow.
+    mean, sd = float(values.mean()), float(values.std())
+    found = bootstrap(
+        ((values - mean) / sd,),
+        np.mean,
+        n_resamples=resamples,
+        batch=max(1, _RESAMPLED_AT_ONCE // values.size),
+        vectorized=True,
+        method="BCa",
+        random_state=np.random.default_rng(seed),
+    )
+    interval = found.confidence_interval
+    if not (math.isfinite(interval.low) and math.isfinite(interval.high)):
+        # Too few different means to tell how far the estimate is from their middle.
+        low, high = np.quantile(found.bootstrap_distribution, _LEVELS)
+        return float(mean + sd * low), float(mean + sd * high)
+    return float(mean + sd * interval.low), float(mean + sd * interval.high)
+
+
+def _limit_of_resampling(values: NDArray[np.float64]) -> tuple[float, float]:
+    from scipy.special import ndtri
+
+    deviations = values - values.mean()
+    sd = float(np.sqrt(np.mean(deviations**2)))
+    skewness = float(np.mean((deviations / sd) ** 3)) / math.sqrt(values.size)
+    acceleration = skewness / 6
+    shifted = acceleration + ndtri(_LEVELS)
+    z = acceleration + shifted / (1 - acceleration * shifted)
+    quantiles = z + skewness * (z**2 - 1) / 6
+    low, high = float(values.mean()) + sd / math.sqrt(values.size) * quantiles
+    return float(low), float(high)
