@@ -77,10 +77,10 @@ def mean_ci95(
 def _resampled(values: NDArray[np.float64], resamples: int, seed: int) -> tuple[float, float]:
     from scipy.stats import bootstrap
 
-    # Standardised, or products of tiny deviations would underflow.
-    mean, sd = float(values.mean()), float(values.std())
+    # Scaled, or products of tiny deviations would underflow.
+    mean, width = float(values.mean()), float(np.ptp(values))
     found = bootstrap(
-        ((values - mean) / sd,),
+        ((values - mean) / width,),
         np.mean,
         n_resamples=resamples,
         batch=max(1, _RESAMPLED_AT_ONCE // values.size),
@@ -92,19 +92,20 @@ def _resampled(values: NDArray[np.float64], resamples: int, seed: int) -> tuple[
     if not (math.isfinite(interval.low) and math.isfinite(interval.high)):
         # Too few different means to tell how far the estimate is from their middle.
         low, high = np.quantile(found.bootstrap_distribution, _LEVELS)
-        return float(mean + sd * low), float(mean + sd * high)
-    return float(mean + sd * interval.low), float(mean + sd * interval.high)
+        return float(mean + width * low), float(mean + width * high)
+    return float(mean + width * interval.low), float(mean + width * interval.high)
 
 
 def _limit_of_resampling(values: NDArray[np.float64]) -> tuple[float, float]:
     from scipy.special import ndtri
 
-    deviations = values - values.mean()
-    sd = float(np.sqrt(np.mean(deviations**2)))
+    mean, width = float(values.mean()), float(np.ptp(values))
+    deviations = (values - mean) / width
+    sd = math.sqrt(float(np.mean(deviations**2)))
     skewness = float(np.mean((deviations / sd) ** 3)) / math.sqrt(values.size)
     acceleration = skewness / 6
     shifted = acceleration + ndtri(_LEVELS)
     z = acceleration + shifted / (1 - acceleration * shifted)
     quantiles = z + skewness * (z**2 - 1) / 6
-    low, high = float(values.mean()) + sd / math.sqrt(values.size) * quantiles
+    low, high = mean + width * sd / math.sqrt(values.size) * quantiles
     return float(low), float(high)
