@@ -68,6 +68,12 @@ def _command(name: str) -> Callable[[argparse.Namespace], int]:
             from annotations.cli.convert import run
         case "check":
             from annotations.cli.check import run
+        case "study":
+            from annotations.cli.study import run
+        case "export":
+            from annotations.cli.export import run
+        case "landmarks":
+            from annotations.cli.landmarks import run
         case _:
             from annotations.cli.synthesize import run
     return run
@@ -126,11 +132,22 @@ def _parser() -> argparse.ArgumentParser:
     check = _add(
         commands,
         "check",
-        "find what is wrong with annotation files",
+        "find what is wrong with annotation files and studies",
         "Check each annotation file, whether the tool can look like that, and whether its volume is there "
-        "and still the one that was annotated.",
+        "and still the one that was annotated. Of a study, check also what is missing, stale, orphaned or "
+        "inconsistent among its files; notes alone are no findings for the exit code.",
     )
-    check.add_argument("files", nargs="+", type=Path, metavar="FILE", help="an annotation file (.json)")
+    check.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="an annotation file (.json), a study, or a folder with annotation files",
+    )
+
+    _add_study(commands)
+    _add_export(commands)
+    _add_landmarks(commands)
 
     synthesize = _add(
         commands,
@@ -167,13 +184,129 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _add_study(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    study = _add(
+        commands,
+        "study",
+        "make a study of the volumes in a folder, or add to one",
+        "Write study.toml for the volumes in a folder and its direct sub-folders. With --add-volumes or "
+        "--add-annotators, add to the study that is there: ids, numbers and finished work stay.",
+        json_help="print one JSON object: the study's file, its volumes and its annotators",
+    )
+    study.add_argument("folder", type=Path, metavar="FOLDER", help="where study.toml is, or is to be")
+    study.add_argument("--tool", metavar="NAME", help="the tool specification (required for a new study)")
+    study.add_argument("--title", metavar="TEXT", help="the folder's name by default")
+    study.add_argument("--volumes", type=Path, metavar="DIR", help="where the volumes are, if not in FOLDER")
+    study.add_argument("--annotators", nargs="+", metavar="NAME", help="who is to annotate")
+    study.add_argument(
+        "--methods",
+        nargs="+",
+        choices=["keypoints", "boxes"],
+        metavar="METHOD",
+        help="keypoints, boxes or both (keypoints)",
+    )
+    study.add_argument("--blind", action="store_true", help="annotators see numbers in place of names")
+    study.add_argument("--shuffle", action="store_true", help="an order of each annotator's own")
+    study.add_argument(
+        "--repeats",
+        type=_at_least(0),
+        default=0,
+        metavar="N",
+        help="how many of the new volumes, drawn at random, come a second time (%(default)s)",
+    )
+    study.add_argument("--seed", type=_at_least(0), metavar="S", help="of the order and the repeats (0)")
+    study.add_argument(
+        "--may-look",
+        action="store_true",
+        help="let annotators look at the others' work before theirs is done",
+    )
+    study.add_argument("--reviewers", nargs="+", metavar="NAME", help="who sees everybody's work")
+    study.add_argument(
+        "--add-volumes", nargs="+", type=Path, metavar="PATH", help="folders or volumes to add"
+    )
+    study.add_argument("--add-annotators", nargs="+", metavar="NAME", help="annotators to add")
+
+
+def _add_export(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    export = _add(
+        commands,
+        "export",
+        "a file of targets to train networks on",
+        "Write one row per volume: its keypoints in µm and voxels, their states, the pose targets, the split "
+        "into training, validation and test, and the annotation that they come from. That is the consensus, "
+        "or the only annotation that is done; volumes with several and no consensus are left out and named.",
+        json_help="print one JSON object: what was written, and what was left out",
+    )
+    export.add_argument("study", type=Path, metavar="STUDY", help="the study's folder")
+    export.add_argument(
+        "-o", "--output", required=True, type=Path, metavar="OUT", help="the new file: .h5 or .csv (required)"
+    )
+    export.add_argument(
+        "--method",
+        choices=["keypoints", "boxes"],
+        help="which annotations (those that the study asks for by default, keypoints where it asks for both)",
+    )
+    export.add_argument("--annotator", metavar="NAME", help="whose annotations, whatever others did")
+    export.add_argument(
+        "--every-annotation",
+        action="store_true",
+        help="a row per annotation, repeats included, instead of one per volume",
+    )
+    export.add_argument(
+        "--include-unfinished", action="store_true", help="annotations that are not done count as well"
+    )
+    export.add_argument(
+        "--split",
+        nargs="+",
+        type=float,
+        default=[0.8, 0.2],
+        metavar="SHARE",
+        help="shares of training, validation and, if there is a third, test (0.8 0.2)",
+    )
+    export.add_argument(
+        "--seed",
+        type=_at_least(0),
+        default=0,
+        metavar="S",
+        help="which of the possible splits (%(default)s)",
+    )
+    export.add_argument(
+        "--overwrite", action="store_true", help="replace an earlier file of targets; nothing else ever is"
+    )
+
+
+def _add_landmarks(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    landmarks = _add(
+        commands,
+        "landmarks",
+        "how far apart people placed landmarks in 3D Slicer",
+        "Read point lists of 3D Slicer (.fcsv), one per person and session, and give the distance of the "
+        "points to their mean, per landmark and over all. Labels that cannot be told apart are set aside, "
+        "and everything that is said about a label is printed.",
+        json_help="print one JSON object: the figures, and the remarks about labels",
+    )
+    landmarks.add_argument("places", nargs="+", type=Path, metavar="FILE", help="an .fcsv file, or a folder")
+    landmarks.add_argument(
+        "--tutorial",
+        metavar="SESSION",
+        help="a session that counts in the mean points, but not in the figures",
+    )
+    landmarks.add_argument(
+        "--pattern",
+        metavar="REGEX",
+        help="what finds the groups rater and session in a file's name, where that is not like Rater01_2",
+    )
+
+
 def _add(
-    commands: "argparse._SubParsersAction[argparse.ArgumentParser]", name: str, summary: str, description: str
+    commands: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    name: str,
+    summary: str,
+    description: str,
+    json_help: str = "print one JSON object per file, each on a line of its own",
 ) -> argparse.ArgumentParser:
     command = commands.add_parser(name, help=summary, description=description)
-    command.add_argument(
-        "--json", action="store_true", help="print one JSON object per file, each on a line of its own"
-    )
+    command.add_argument("--json", action="store_true", help=json_help)
     command.set_defaults(misuse=command.error)
     return command
 

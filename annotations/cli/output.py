@@ -24,6 +24,13 @@ def complain(error: UserError) -> None:
     sys.stderr.write(f"annotations: {error}\n")
 
 
+def show_progress(share: float) -> None:
+    """Keep a line on the terminal up to date; a log file gets none."""
+    if sys.stderr.isatty():
+        sys.stderr.write(f"\r{share:4.0%}" + ("\n" if share >= 1 else ""))
+        sys.stderr.flush()
+
+
 def for_each(paths: Iterable[Path], as_json: bool, work: Callable[[Path], None]) -> int:
     """Do the same with each file; one that fails does not keep the others from their turn.
 

@@ -1,10 +1,9 @@
 """``annotations synthesize``: a study of synthetic volumes."""
 
 import argparse
-import sys
 
 from annotations.app_folders import tool_folder
-from annotations.cli.output import write_json, write_text
+from annotations.cli.output import show_progress, write_json, write_text
 from annotations.documents.study import annotation_path
 from annotations.geometry.tool import ToolError
 from annotations.geometry.tool_library import find_tool
@@ -25,7 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
         count=arguments.count,
         seed=arguments.seed,
         shape=shape,
-        progress=_show_progress,
+        progress=show_progress,
     )
     for volume in study.volumes:
         path = arguments.folder / volume.path
@@ -35,10 +34,3 @@ def run(arguments: argparse.Namespace) -> int:
         else:
             write_text(f"{path}\n  truth  {truth}")
     return 0
-
-
-def _show_progress(share: float) -> None:
-    """Keep a line on the terminal up to date; a log file gets none."""
-    if sys.stderr.isatty():
-        sys.stderr.write(f"\r{share:4.0%}" + ("\n" if share >= 1 else ""))
-        sys.stderr.flush()

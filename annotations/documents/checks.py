@@ -8,13 +8,13 @@ from pathlib import Path
 from annotations.documents.annotation import Annotation
 from annotations.documents.files import DocumentError, completed, load_annotation, tool_of
 from annotations.documents.representations import keypoint_positions_um
+from annotations.documents.seen_volumes import SeenVolumes
 from annotations.documents.visibility import extent_um
 from annotations.documents.volume_link import compare, referenced_path
 from annotations.errors import UserError
 from annotations.geometry.angles import angle_deg
 from annotations.geometry.tool import ToolError, ToolSpecification
 from annotations.geometry.tool_library import find_tools
-from annotations.volumes import fingerprint, open_volume
 
 # A link's length on the nominal one: the specification's lengths are themselves estimates.
 PLAUSIBLE_LENGTH_RATIO = (0.5, 2.0)
@@ -30,8 +30,8 @@ class Finding:
     ----------
     kind : str
         ``file``, ``tool``, ``volume``, ``shape``, ``dtype``, ``fingerprint``, ``spacing``, ``keypoint``,
-        ``box``, ``link`` or ``original``; of the command line, which asks the tool's fit as well, also
-        ``plausibility``.
+        ``box``, ``link`` or ``original``; where the tool's fit is asked as well, also ``plausibility``. Those
+        of a whole study: see `annotations.documents.study_checks`.
     problem : str
         What was found.
     """
@@ -52,6 +52,13 @@ def check_file(path: Path, tool_folders: Sequence[Path] = ()) -> tuple[Finding, 
         annotation, _ = load_annotation(path)
     except DocumentError as error:
         return (Finding("file", str(error)),)
+    return check_document(annotation, path, tool_folders, SeenVolumes())
+
+
+def check_document(
+    annotation: Annotation, path: Path, tool_folders: Sequence[Path], volumes: SeenVolumes
+) -> tuple[Finding, ...]:
+    """Check the document that was read from a file, likewise; volumes that were seen are not read again."""
     findings: list[Finding] = []
     try:
         tool = tool_of(annotation, tool_folders)
@@ -64,7 +71,7 @@ def check_file(path: Path, tool_folders: Sequence[Path] = ()) -> tuple[Finding, 
         except DocumentError as error:
             findings.append(Finding(_kind(annotation), str(error)))
     findings.extend(_check_original(annotation, path))
-    findings.extend(_check_volume(annotation, path))
+    findings.extend(_check_volume(annotation, path, volumes))
     return tuple(findings)
 
 
@@ -146,11 +153,12 @@ def _check_copy(annotation: Annotation, tool_folders: Sequence[Path]) -> Iterato
         )
 
 
-def _check_volume(annotation: Annotation, path: Path) -> Iterator[Finding]:
+def _check_volume(annotation: Annotation, path: Path, volumes: SeenVolumes) -> Iterator[Finding]:
     volume_path = referenced_path(annotation.volume, path)
     try:
-        with open_volume(volume_path, dataset=annotation.volume.dataset) as volume:
-            for finding in compare(annotation.volume, volume, fingerprint(volume)):
-                yield Finding(finding.kind, finding.problem)
+        volume, fingerprint = volumes.look(volume_path, annotation.volume.dataset)
     except UserError as error:
         yield Finding("volume", str(error))
+        return
+    for finding in compare(annotation.volume, volume, fingerprint):
+        yield Finding(finding.kind, finding.problem)

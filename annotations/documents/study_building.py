@@ -25,6 +25,7 @@ from annotations.documents.study import (
     load_study,
     save_study,
 )
+from annotations.documents.write_guard import writing_beside
 from annotations.errors import first_problem
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import load_tool, write_tool
@@ -202,16 +203,18 @@ def create_study(study: Study, folder: Path, tool: ToolSpecification) -> None:
     SaveError
         It cannot be written.
     """
-    if (folder / STUDY_FILE).exists():
-        raise StudyError(
-            "there is a study already, and it is not overwritten",
-            where=folder / STUDY_FILE,
-            remedy="Open it and change its settings, or choose another folder",
-        )
-    own = folder / "tools" / f"{tool.name}.toml"
-    if not ships(tool) and not (own.exists() and load_tool(own).fingerprint == tool.fingerprint):
-        write_tool(tool, own)
-    save_study(study, folder)
+    path = folder / STUDY_FILE
+    with writing_beside(path):
+        if path.exists():
+            raise StudyError(
+                "there is a study already, and it is not overwritten",
+                where=path,
+                remedy="Open it and change its settings, or choose another folder",
+            )
+        own = folder / "tools" / f"{tool.name}.toml"
+        if not ships(tool) and not (own.exists() and load_tool(own).fingerprint == tool.fingerprint):
+            write_tool(tool, own)
+        save_study(study, folder)
 
 
 def replace_study(study: Study, folder: Path, *, expected: Study) -> None:
@@ -224,13 +227,15 @@ def replace_study(study: Study, folder: Path, *, expected: Study) -> None:
     SaveError
         It cannot be written.
     """
-    if load_study(folder) != expected:
-        raise StudyError(
-            "somebody has changed the study since it was opened here, and nothing was written",
-            where=folder / STUDY_FILE,
-            remedy="Open the study again, and make the change in what is there now",
-        )
-    save_study(study, folder)
+    path = folder / STUDY_FILE
+    with writing_beside(path):
+        if load_study(folder) != expected:
+            raise StudyError(
+                "somebody has changed the study since it was opened here, and nothing was written",
+                where=path,
+                remedy="Open the study again, and make the change in what is there now",
+            )
+        save_study(study, folder)
 
 
 def _path_in_study(path: Path, study_folder: Path) -> str:

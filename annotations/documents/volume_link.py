@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from annotations.documents.annotation import VolumeReference
-from annotations.documents.provenance import Derivation
+from annotations.documents.provenance import Contribution, Derivation
 from annotations.geometry.frames import Vector
 from annotations.volumes import Volume
 
@@ -46,8 +46,8 @@ def relative_path(path: Path, annotation_path: Path) -> str:
         return path.as_posix()
 
 
-def referenced_path(reference: VolumeReference | Derivation, annotation_path: Path) -> Path:
-    """Return the absolute path that a document in a file gives for its volume or its original.
+def referenced_path(reference: VolumeReference | Derivation | Contribution, annotation_path: Path) -> Path:
+    """Return the absolute path that a document in a file gives for its volume, or for what it was made from.
 
     Nothing need be there.
     """
