@@ -146,6 +146,8 @@ class BlandAltman(Record):
         Intervals of the bias and of either limit.
     n : int
         Volumes that both did.
+    points : tuple of (float, float)
+        Mean of the two and first minus second, for some of those volumes, evenly spread: what is drawn.
     """
 
     bias: float | None = None
@@ -155,6 +157,7 @@ class BlandAltman(Record):
     low_ci95: tuple[float, float] | None = None
     high_ci95: tuple[float, float] | None = None
     n: int = 0
+    points: tuple[tuple[float, float], ...] = ()
 
 
 class PairResult(Record):
