@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +10,6 @@ from numpy.typing import NDArray
 from annotations.agreement.results import Input, LeftOut
 from annotations.documents.record import Method
 from annotations.geometry.tool import ToolSpecification
-
-Standing = Literal["counted", "no_position", "fitted", "predicted", "derived", "synthesized"]
-"""How a keypoint stands: counted, or why it is not: nobody placed it where it is."""
-
-STANDINGS: tuple[Standing, ...] = get_args(Standing)
-"""The codes in `Compared.standing` are indices into this."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +24,8 @@ class Compared:
     positions_um : (V, A, K, 3) array of float64
         In the tool's order of keypoints, in each volume's frame; NaN where a keypoint does not count.
     standing : (V, A, K) array of uint8
-        Index into `STANDINGS` for each keypoint; ``no_position`` also where there is no document.
+        Index into `STANDINGS` of `annotations.agreement.standing` for each keypoint; ``no_position`` also
+        where there is no document.
     doubtful : (V, A, K) array of bool
         Counted, and said by a person to be occluded, out of view or unsure.
     rotations_wxyz : (V, A, L, 4) array of float64 or None

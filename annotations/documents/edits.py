@@ -19,6 +19,7 @@ from annotations.documents.annotation import (
     Source,
     State,
 )
+from annotations.documents.provenance import Contribution
 from annotations.documents.record import Status, changed
 from annotations.documents.visibility import box_extent_um, moved_state
 from annotations.errors import UserError, first_problem
@@ -119,6 +120,35 @@ def refine(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Ann
     return document
 
 
+def propose_consensus(
+    document: Annotation, parts: Mapping[str, Part], consensus_of: tuple[Contribution, ...]
+) -> Annotation:
+    """Put a proposed consensus where no reviewer has decided yet, and say what it was made from.
+
+    Parameters
+    ----------
+    parts : mapping of str to KeypointAnnotation or BoxAnnotation
+        By name, with the source ``consensus``; unplaced ones take a part away that was proposed before.
+    consensus_of : tuple of Contribution
+    """
+    if consensus_of != document.consensus_of:
+        document = changed(document, consensus_of=consensus_of)
+    for part in document.parts:
+        proposed = parts.get(part.name)
+        is_open = part.state == "unplaced" or part.source == "consensus"
+        if proposed is not None and is_open and not part.locked:
+            document = _with_part(document, part, **_said_of(proposed))
+    return document
+
+
+def adopt(document: Annotation, part: Part, annotator: str) -> Annotation:
+    """Take one annotator's keypoint or box, with all that was said of it, as it is."""
+    mine = _unlocked(document, part.name)
+    if part.state == "unplaced":
+        raise EditRefused(f"{annotator} has not placed {part.name}")
+    return _with_part(document, mine, **_said_of(part) | {"source": "adopted", "adopted_from": annotator})
+
+
 def relabel(document: Annotation, right_names: Mapping[str, str]) -> Annotation:
     """Give parts that were taken for each other their right names, with all that was said of them.
 
@@ -137,7 +167,7 @@ def relabel(document: Annotation, right_names: Mapping[str, str]) -> Annotation:
     present = {name: _unlocked(document, name) for name in right_names}
     for name, right_name in right_names.items():
         moved, part = present[name], present[right_name]
-        fields = moved.model_dump(exclude={"name", "link", "locked"})
+        fields = _said_of(moved)
         if isinstance(part, BoxAnnotation) and isinstance(moved, BoxAnnotation) and part.size_um:
             fields["size_um"] = (moved.size_um[0], *part.size_um[1:]) if moved.size_um else None
         document = _with_part(document, part, **fields)
@@ -224,6 +254,11 @@ def _carried(document: Annotation, part: Part, place: Box | Vector | None, sourc
         lies_um, fields = (place,), {"position_um": place}
     state = moved_state(document.volume, lies_um, part)
     return _with_part(document, part, state=state, source=source, **fields)
+
+
+def _said_of(part: Part) -> dict[str, Any]:
+    """Return all that is said of a part, apart from which it is and whether it is locked."""
+    return part.model_dump(exclude={"name", "link", "locked"})
 
 
 def _called(part: Part) -> str:
