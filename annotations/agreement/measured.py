@@ -1,10 +1,15 @@
 """A pose target as each annotator of each volume has it, as arrays."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from annotations.agreement.compared import Compared
+from annotations.geometry.targets import target_arrays
+from annotations.geometry.tool import ToolSpecification
 
 Metric = Literal["distance", "angle", "difference"]
 
@@ -27,3 +32,30 @@ class Measured:
     name: str
     metric: Metric
     values: NDArray[np.float64]
+
+
+def target_names(tool: ToolSpecification) -> tuple[str, ...]:
+    """Return the names of a tool's targets, in the order in which they are shown."""
+    return (
+        *(("position_um",) if tool.targets.position else ()),
+        *(("orientation_deg",) if tool.targets.orientation else ()),
+        *(f"{angle.name}_deg" for angle in tool.targets.angles),
+    )
+
+
+def measured_targets(compared: Compared, tool: ToolSpecification) -> Mapping[str, Measured]:
+    """Return the pose targets (`annotations.geometry.targets.pose_targets`) of all documents, by name.
+
+    A target is missing where one of its keypoints does not count, or where a direction has no length.
+    """
+    arrays = target_arrays(compared.positions_um, tool)
+    values: list[tuple[Metric, NDArray[np.float64]]] = []
+    if arrays.position_um is not None:
+        values.append(("distance", arrays.position_um))
+    if arrays.orientation is not None:
+        values.append(("angle", arrays.orientation))
+    values.extend(("difference", angle_deg[..., np.newaxis]) for angle_deg in arrays.angles_deg.values())
+    return {
+        name: Measured(name, metric, array)
+        for name, (metric, array) in zip(target_names(tool), values, strict=True)
+    }

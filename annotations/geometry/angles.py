@@ -13,10 +13,27 @@ def angle_deg(first: ArrayLike, second: ArrayLike) -> float:
     changes with the angle, so that arccos of it would lose half of the digits; the arc tangent keeps them.
     The lengths of the vectors do not matter; the angle to a vector of length zero is NaN.
     """
-    a, b = scaled(first), scaled(second)
-    if a is None or b is None:
-        return math.nan
-    return math.degrees(math.atan2(math.hypot(*np.cross(a, b)), float(np.dot(a, b))))
+    return float(angles_deg(np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)))
+
+
+def angles_deg(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return `angle_deg` of many pairs of vectors: shapes (…, 3), which broadcast, to (…); NaN stays NaN."""
+    a, b = _scaled_each(first), _scaled_each(second)
+    a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
+    b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
+    sine = lengths(np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1))
+    return np.degrees(np.arctan2(sine, a0 * b0 + a1 * b1 + a2 * b2))
+
+
+def unit_vectors(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return vectors of shape (…, 3) with length one; NaN for those of length zero."""
+    directions = _scaled_each(vectors)
+    return directions / lengths(directions)[..., np.newaxis]
+
+
+def lengths(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lengths of vectors: shape (…, 3) to (…)."""
+    return np.hypot(np.hypot(vectors[..., 0], vectors[..., 1]), vectors[..., 2])
 
 
 def signed_angle_deg(first: ArrayLike, second: ArrayLike, hinge_axis: ArrayLike) -> float:
@@ -41,3 +58,9 @@ def scaled(values: ArrayLike) -> NDArray[np.float64] | None:
     """
     raw = np.asarray(values, dtype=np.float64)
     return raw / np.abs(raw).max() if raw.any() else None
+
+
+def _scaled_each(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return `scaled` of each vector of shape (…, 3); NaN for those of length zero."""
+    largest = np.abs(vectors).max(axis=-1, keepdims=True)
+    return vectors / np.where(largest > 0, largest, np.nan)

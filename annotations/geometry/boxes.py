@@ -104,6 +104,23 @@ def box_keypoints_um(boxes: Mapping[str, Box], tool: ToolSpecification) -> dict[
     return {name: positions_um[name] for name in tool.keypoint_names if name in positions_um}
 
 
+def box_ends_um(
+    centers_um: NDArray[np.float64], lengths_um: NDArray[np.float64], rotations_wxyz: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return `Box.base_um` and `Box.tip_um` of many boxes, each (…, 3) in µm; NaN stays NaN.
+
+    Parameters
+    ----------
+    centers_um : (…, 3) array of float64
+    lengths_um : (…) array of float64
+        Sizes along their own x.
+    rotations_wxyz : (…, 4) array of float64
+        Unit quaternions.
+    """
+    half_um = rotations.matrices(rotations_wxyz)[..., 0] * (lengths_um[..., np.newaxis] / 2)
+    return centers_um - half_um, centers_um + half_um
+
+
 def hinge_axes(boxes: Mapping[str, Box], tool: ToolSpecification) -> dict[str, Vector]:
     """Return the unit vector of each joint's hinge in the volume's frame, where its parent has a box.
 

@@ -33,14 +33,20 @@ def quaternion(values: ArrayLike) -> Quaternion:
 
 def matrix(rotation_wxyz: ArrayLike) -> NDArray[np.float64]:
     """Return the (3, 3) matrix of a rotation; its columns are the rotated x, y and z axes."""
-    w, x, y, z = quaternion(rotation_wxyz)
-    return np.array(
+    return matrices(np.asarray(quaternion(rotation_wxyz)))
+
+
+def matrices(rotations_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the matrices, (…, 3, 3), of many rotations: unit quaternions (…, 4); NaN stays NaN."""
+    w, x, y, z = np.moveaxis(rotations_wxyz, -1, 0)
+    by_row_and_column = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+    return np.moveaxis(by_row_and_column, (0, 1), (-2, -1))
 
 
 def from_matrix(rotation: ArrayLike) -> Quaternion:

@@ -1,13 +1,12 @@
 """Pose targets: what a network learns, computed from keypoints in micrometres."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from annotations.geometry.angles import angle_deg, scaled, signed_angle_deg
+from annotations.geometry.angles import angles_deg, signed_angle_deg, unit_vectors
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.tool import ToolSpecification
 
@@ -54,36 +53,76 @@ def pose_targets(
     hinge_axes : mapping of str to (3,), optional
         Unit vector of a joint's hinge in the volume's frame, by the joint's name.
     """
-    points = {name: np.asarray(position, dtype=np.float64) for name, position in positions_um.items()}
-    directions = {
-        link.name: points[link.tip] - points[link.base]
-        for link in tool.links
-        if link.base in points and link.tip in points
-    }
+    points_um = np.array([positions_um.get(name, (np.nan,) * 3) for name in tool.keypoint_names])
+    arrays = target_arrays(points_um, tool)
     hinges = hinge_axes or {}
-    unsigned: dict[str, float] = {}
     signed: dict[str, float] = {}
     for angle in tool.targets.angles:
-        first, second = directions.get(angle.first), directions.get(angle.second)
-        if first is None or second is None or not first.any() or not second.any():
-            continue
-        unsigned[angle.name] = angle_deg(first, second)
         hinge = hinges.get(angle.name)
-        if hinge is not None and any(hinge):
+        if hinge is not None and any(hinge) and not np.isnan(arrays.angles_deg[angle.name]):
+            first, second = (link_direction_um(points_um, tool, name) for name in (angle.first, angle.second))
             signed[angle.name] = signed_angle_deg(first, second, hinge)
-    return PoseTargets(_position(points, tool), _orientation(points, tool), unsigned, signed)
+    return PoseTargets(
+        _known(arrays.position_um),
+        _known(arrays.orientation),
+        {name: float(value) for name, value in arrays.angles_deg.items() if not np.isnan(value)},
+        signed,
+    )
 
 
-def _position(points: Mapping[str, NDArray[np.float64]], tool: ToolSpecification) -> Vector | None:
-    names = tool.targets.position
-    if not names or any(name not in points for name in names):
-        return None
-    return vector(np.mean([points[name] for name in names], axis=0))
+def _known(value: NDArray[np.float64] | None) -> Vector | None:
+    return None if value is None or np.isnan(value).any() else vector(value)
 
 
-def _orientation(points: Mapping[str, NDArray[np.float64]], tool: ToolSpecification) -> Vector | None:
-    ends = tool.targets.orientation
-    if ends is None or any(name not in points for name in ends):
-        return None
-    direction = scaled(points[ends[1]] - points[ends[0]])
-    return None if direction is None else vector(direction / math.hypot(*direction))
+@dataclass(frozen=True)
+class TargetArrays:
+    """The pose targets of many annotations at once; NaN where an annotation lacks the points for one.
+
+    Attributes
+    ----------
+    position_um : (…, 3) array of float64 or None
+        None where the tool has no such target.
+    orientation : (…, 3) array of float64 or None
+        Unit vectors; None where the tool has no such target.
+    angles_deg : mapping of str to (…) array of float64
+        Unsigned, for each of the tool's angle targets.
+    """
+
+    position_um: NDArray[np.float64] | None
+    orientation: NDArray[np.float64] | None
+    angles_deg: Mapping[str, NDArray[np.float64]]
+
+
+def target_arrays(positions_um: NDArray[np.float64], tool: ToolSpecification) -> TargetArrays:
+    """Compute the pose targets of many annotations, by the formulas of `pose_targets`.
+
+    Parameters
+    ----------
+    positions_um : (…, K, 3) array of float64
+        In µm, keypoints in the tool's order; NaN for those that have no position.
+    """
+    ends, names = tool.targets.orientation, tool.keypoint_names
+    used = [names.index(name) for name in tool.targets.position or ()]
+    return TargetArrays(
+        positions_um[..., used, :].mean(axis=-2) if used else None,
+        None
+        if ends is None
+        else unit_vectors(
+            positions_um[..., names.index(ends[1]), :] - positions_um[..., names.index(ends[0]), :]
+        ),
+        {
+            angle.name: angles_deg(
+                link_direction_um(positions_um, tool, angle.first),
+                link_direction_um(positions_um, tool, angle.second),
+            )
+            for angle in tool.targets.angles
+        },
+    )
+
+
+def link_direction_um(
+    positions_um: NDArray[np.float64], tool: ToolSpecification, link_name: str
+) -> NDArray[np.float64]:
+    """Return the vectors from a link's base to its tip, (…, 3) in µm, of keypoints (…, K, 3) in µm."""
+    link, names = tool.link(link_name), tool.keypoint_names
+    return positions_um[..., names.index(link.tip), :] - positions_um[..., names.index(link.base), :]
