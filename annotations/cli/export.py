@@ -1,0 +1,64 @@
+"""``annotations export``: the targets of a study's volumes in one file, for training."""
+
+import argparse
+from dataclasses import asdict
+
+from annotations.cli.output import show_progress, write_json, write_text
+from annotations.errors import UserError
+from annotations.interchange.split import split_rule
+from annotations.interchange.training_file import Exported, ExportOptions, export_targets
+
+_FOR_A_PERSON = ("several", "unusable")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the file; return the exit code: 1 where a volume was left out that somebody has to look at."""
+    try:
+        rule = split_rule(arguments.split, arguments.seed)
+    except UserError as error:
+        arguments.misuse(f"argument --split: {error}")
+    exported = export_targets(
+        arguments.study,
+        arguments.output,
+        ExportOptions(
+            method=arguments.method,
+            annotator=arguments.annotator,
+            every_annotation=arguments.every_annotation,
+            include_unfinished=arguments.include_unfinished,
+            rule=rule,
+            overwrite=arguments.overwrite,
+        ),
+        progress=show_progress,
+    )
+    if arguments.json:
+        write_json(
+            {
+                "path": str(exported.path),
+                "method": exported.method,
+                "rows": exported.rows,
+                "volumes": exported.volumes,
+                "left_out": [asdict(one) for one in exported.left_out],
+            }
+        )
+    else:
+        write_text(_in_words(exported))
+    return 1 if any(one.kind in _FOR_A_PERSON for one in exported.left_out) else 0
+
+
+def _in_words(exported: Exported) -> str:
+    volumes = ", ".join(f"{count} {split}" for split, count in exported.volumes.items())
+    lines = [
+        str(exported.path),
+        f"  {exported.rows} rows by {exported.method}; volumes: {volumes}",
+    ]
+    for kind, words in (
+        ("unannotated", "volumes that nobody has annotated"),
+        ("unfinished", "annotations that are not done"),
+    ):
+        count = sum(one.kind == kind for one in exported.left_out)
+        if count:
+            lines.append(f"  left out, {words}: {count}")
+    lines += [
+        f"  left out, {one.volume_id}: {one.reason}" for one in exported.left_out if one.kind in _FOR_A_PERSON
+    ]
+    return "\n".join(lines)

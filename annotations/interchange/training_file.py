@@ -1,0 +1,163 @@
+"""Export for training: one file with the targets of a study's volumes, readable without this program."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from annotations.app_folders import tool_folder
+from annotations.documents.record import Method, now
+from annotations.documents.study import Study, load_study
+from annotations.durable_files import replace_durably
+from annotations.errors import UserError
+from annotations.geometry.tool_library import find_tool
+from annotations.interchange.speaking_documents import Choice, LeftOut, speaking_documents
+from annotations.interchange.split import SPLITS, SplitRule
+from annotations.interchange.target_table import target_table
+from annotations.interchange.training_csv import csv_bytes, is_targets_csv
+from annotations.interchange.training_hdf5 import hdf5_bytes, is_targets_hdf5
+
+_FORMATS = {
+    ".h5": (hdf5_bytes, is_targets_hdf5),
+    ".hdf5": (hdf5_bytes, is_targets_hdf5),
+    ".csv": (csv_bytes, is_targets_csv),
+}
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """What goes into a training file.
+
+    Attributes
+    ----------
+    method : str or None
+        ``keypoints`` or ``boxes``; None for the study's, keypoints where it has both.
+    annotator : str or None
+        Who speaks for every volume; None for the consensus, else the only annotator who is done.
+    every_annotation : bool
+        A row per annotation, repeats and consensus included, instead of one per volume.
+    include_unfinished : bool
+        Annotations that are not done count as well.
+    rule : SplitRule
+    overwrite : bool
+        Replace an earlier training file; any other file is never replaced.
+    """
+
+    method: Method | None = None
+    annotator: str | None = None
+    every_annotation: bool = False
+    include_unfinished: bool = False
+    rule: SplitRule = field(default_factory=SplitRule)
+    overwrite: bool = False
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What an export wrote.
+
+    Attributes
+    ----------
+    path : Path
+    method : str
+        Of the annotations in it.
+    rows : int
+    volumes : mapping of str to int
+        How many volumes are in each split.
+    left_out : tuple of LeftOut
+        Which volumes, or annotations, have no row, and why.
+    """
+
+    path: Path
+    method: Method
+    rows: int
+    volumes: Mapping[str, int]
+    left_out: tuple[LeftOut, ...]
+
+
+def export_targets(
+    folder: Path,
+    output: Path,
+    options: ExportOptions | None = None,
+    progress: Callable[[float], None] = lambda _share: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Exported:
+    """Write the targets of a study's volumes to one file, for training; see ``docs/training-files.md``.
+
+    The volumes themselves need not be at hand. The file is written whole or not at all.
+
+    Parameters
+    ----------
+    folder : Path
+        The study's.
+    output : Path
+        ``.h5`` or ``.hdf5`` for HDF5, ``.csv`` for CSV.
+    options : ExportOptions, optional
+    progress, cancelled : callable, optional
+        Told the share that is done, and asked whether to stop, between volumes.
+
+    Raises
+    ------
+    UserError
+        The study, its tool or the output's name is no such thing; there is a file already; or no volume has
+        an annotation to export. Nothing is written.
+    SaveError
+        The file cannot be written; what was there is whole.
+    Cancelled
+        `cancelled` returned true; nothing is written.
+    """
+    wanted = options if options is not None else ExportOptions()
+    content_of = _format(output, wanted.overwrite)
+    study = load_study(folder)
+    tool_folders = (folder / "tools", tool_folder())
+    tool = find_tool(study.tool, tool_folders)
+    method = wanted.method if wanted.method is not None else _usual_method(study)
+    choice = Choice(method, wanted.annotator, wanted.every_annotation, wanted.include_unfinished)
+    documents, left_out = speaking_documents(study, folder, tool, tool_folders, choice, progress, cancelled)
+    if not documents:
+        raise UserError(
+            _nothing(method, wanted, left_out),
+            where=folder,
+            remedy="Finish annotations, choose the other method or another annotator, or include those that "
+            "are not done",
+        )
+    table = target_table(folder, documents, tool, method, wanted.rule, created=now())
+    replace_durably(output, content_of(table))
+    volumes = {
+        split: len({row.document.volume.id for row in table.rows if row.split == split}) for split in SPLITS
+    }
+    return Exported(output, method, len(table.rows), volumes, left_out)
+
+
+def _format(output: Path, overwrite: bool) -> Callable[..., bytes]:
+    """Return what makes the content of a file of that name, which may be written there."""
+    if output.suffix.lower() not in _FORMATS:
+        raise UserError(
+            f"the name's ending {output.suffix!r} tells no format",
+            where=output,
+            remedy="End the name in .h5 (HDF5) or .csv",
+        )
+    content_of, is_earlier = _FORMATS[output.suffix.lower()]
+    if output.exists():
+        if not overwrite:
+            raise UserError(
+                "there is a file already, and it is not overwritten",
+                where=output,
+                remedy="Choose another name, or ask for it to be overwritten",
+            )
+        if not is_earlier(output):
+            raise UserError(
+                "what is there is no training file, and is not overwritten",
+                where=output,
+                remedy="Choose another name",
+            )
+    return content_of
+
+
+def _usual_method(study: Study) -> Method:
+    return "keypoints" if "keypoints" in study.methods else study.methods[0]
+
+
+def _nothing(method: Method, options: ExportOptions, left_out: tuple[LeftOut, ...]) -> str:
+    whose = f" of {options.annotator!r}" if options.annotator is not None else ""
+    reasons = [f"{one.volume_id}: {one.reason}" for one in left_out if one.kind in ("several", "unusable")]
+    first = f" ({reasons[0].rstrip('.')})" if reasons else ""
+    return f"no volume has an annotation by {method}{whose} to export{first}"
