@@ -35,14 +35,14 @@ class SessionBoxes(SessionEditing):
         if document is None or document.method == "keypoints" or tool is None:
             return super().keypoint_to_place()
         if name is None:
-            self.message_posted.emit("Choose a link first: a number key, or its row in the table")
+            self.post_message("Choose a link first: a number key, or its row in the table")
             return None
         part = document.part(name)
         if part.locked:
             self._refuse(EditRefused(f"The box of {name} is locked", remedy="Unlock it to change it"))
             return None
         if part.anchor_um is not None:
-            self.message_posted.emit(f"{name} has its box: drag its handles, or clear it to click it anew")
+            self.post_message(f"{name} has its box: drag its handles, or clear it to click it anew")
             return None
         link = tool.link(name)
         return link.base if self._view.first_end_um is None else link.tip
@@ -96,7 +96,7 @@ class SessionBoxes(SessionEditing):
     def begin_preview(self, keypoint: str, position_um: Vector, source: Source) -> None:
         """Show a keypoint where a drag has brought it; in a document of boxes their handles do that."""
         if self._document is not None and self._document.method == "boxes":
-            self.message_posted.emit(f"{keypoint} is an end of a box: drag the handles of the box")
+            self.post_message(f"{keypoint} is an end of a box: drag the handles of the box")
         else:
             super().begin_preview(keypoint, position_um, source)
 
@@ -176,7 +176,7 @@ class SessionBoxes(SessionEditing):
         box, towards = part.box, np.sign(voxels)
         own = int(np.argmax(np.abs(box.axes[axis])))
         if own != 0 and part.link not in self._view.free_links:
-            self.message_posted.emit(_FIXED_SECTION.format(part.link))
+            self.post_message(_FIXED_SECTION.format(part.link))
             return
         sense = float(np.sign(box.axes[axis, own]) * towards) * (1.0 if leading else -1.0)
         step_um = abs(voxels) * spacing_um[axis] * (1.0 if leading else -1.0)
@@ -235,10 +235,10 @@ class SessionBoxes(SessionEditing):
             return
         if self._view.first_end_um is None:
             self.look(preview=None, first_end_um=position_um, crosshair_um=position_um)
-            self.message_posted.emit(f"Now click the other end of {part.link}, towards the tip")
+            self.post_message(f"Now click the other end of {part.link}, towards the tip")
             return
         if box is None:
-            self.message_posted.emit("Both ends are at one place: click the other end of the link")
+            self.post_message("Both ends are at one place: click the other end of the link")
             return
         if self._edit(
             f"Place {part.link}", lambda document: edits.place_box(document, part.link, box, source)
@@ -247,7 +247,7 @@ class SessionBoxes(SessionEditing):
             following = self._next_unplaced()
             if following is not None:
                 self.activate(following)
-            self.message_posted.emit(self._roll_untold(part.link))
+            self.post_message(self._roll_untold(part.link))
 
     def _roll_untold(self, link: str) -> str:
         """Say that a box has just got a roll that nobody has seen, and how to give it the right one."""
@@ -289,7 +289,7 @@ class SessionBoxes(SessionEditing):
         section_um = present.size_um[1:] if present is not None else tool.link(link).cross_section_um
         may = link in self._view.free_links or np.allclose(box.size_um[1:], section_um, rtol=1e-9)
         if not may:
-            self.message_posted.emit(_FIXED_SECTION.format(link))
+            self.post_message(_FIXED_SECTION.format(link))
         return bool(may)
 
     def _edit(self, text: str, edit: Callable[[Annotation], Annotation]) -> bool:
@@ -310,14 +310,10 @@ class SessionBoxes(SessionEditing):
         self._keep_typed_draft()
         part = self._active_part()
         if part is None:
-            self.message_posted.emit(
-                "Choose a box that is placed first: a number key, or its row in the table"
-            )
+            self.post_message("Choose a box that is placed first: a number key, or its row in the table")
             return None
         if part.box is None:
-            self.message_posted.emit(
-                f"{part.link} has no box yet: place it first, or choose one that is placed"
-            )
+            self.post_message(f"{part.link} has no box yet: place it first, or choose one that is placed")
             return None
         if part.locked:
             self._refuse(EditRefused(f"The box of {part.link} is locked", remedy="Unlock it to change it"))

@@ -75,7 +75,7 @@ class SessionCalibrating(SessionPosing):
 
     def calibrate(self) -> None:
         """Measure the tool in the finished annotations around the open volume; ``calibrated`` follows."""
-        tool, folder = self.tool, _annotated_folder(self._worklist)
+        tool, folder = self.tool, annotated_folder(self._worklist)
         if tool is None:
             return
         tool_folders, user_tool_folder = self._tool_folders(self._worklist), self._options.user_tool_folder
@@ -94,9 +94,9 @@ class SessionCalibrating(SessionPosing):
         try:
             write_tool(found.tool_named(name), path)
         except UserError as error:
-            self.error_raised.emit(error)
+            self.report(error)
             return False
-        self.message_posted.emit(f"{name} is written to {path}; {found.tool.name} stays as it is")
+        self.post_message(f"{name} is written to {path}; {found.tool.name} stays as it is")
         return True
 
 
@@ -115,7 +115,7 @@ def _measured(
     )
 
 
-def _annotated_folder(worklist: Worklist) -> Path:
+def annotated_folder(worklist: Worklist) -> Path:
     """Return the study or folder whose annotations count; that of a file that was opened lies above it."""
     folder = worklist.folder
     is_among_annotations = folder.parent.name == "annotations" and not worklist.is_folder

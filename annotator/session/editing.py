@@ -56,7 +56,7 @@ class SessionEditing(SessionBody):
         if (name := self._next_unplaced()) is not None:
             self.activate(name)
         elif self._document is not None:
-            self.message_posted.emit(f"All {self._document.method} are placed")
+            self.post_message(f"All {self._document.method} are placed")
 
     def set_mode(self, mode: Mode) -> None:
         """Say whether clicks place parts, or handles move the tool as a whole, or neither."""
@@ -88,7 +88,7 @@ class SessionEditing(SessionBody):
         """Give a keypoint, by default the active one, a position; then the next unplaced one is active."""
         name = keypoint or self._view.active_part
         if name is None or self._document is None:
-            self.message_posted.emit("Choose a keypoint first: a number key, or its row in the table")
+            self.post_message("Choose a keypoint first: a number key, or its row in the table")
             return
         fresh = name not in self._document.positions_um
         placed = self._edit(
@@ -135,7 +135,7 @@ class SessionEditing(SessionBody):
             if settled.position_um is not None:
                 self.place(settled.position_um, "clicked", name)
                 return
-            self.message_posted.emit(f"Depth not settled: {settled.reason}")
+            self.post_message(f"Depth not settled: {settled.reason}")
         if (position_um := self._met_by(ray)) is not None:
             self._propose(name, position_um, ray)
 
@@ -143,7 +143,7 @@ class SessionEditing(SessionBody):
         """Return the keypoint that a click places; None where it places nothing, and a message says why."""
         name = self._view.active_part
         if name is None or self._document is None:
-            self.message_posted.emit("Choose a keypoint first: a number key, or its row in the table")
+            self.post_message("Choose a keypoint first: a number key, or its row in the table")
             return None
         if self._document.part(name).locked:
             self._refuse(EditRefused(f"Keypoint {name} is locked", remedy="Unlock it to move it"))
@@ -164,7 +164,7 @@ class SessionEditing(SessionBody):
             return
         position_um = self.shown_positions_um().get(name)
         if position_um is None:
-            self.message_posted.emit(f"{name} is not placed yet: choose the keypoint to move first")
+            self.post_message(f"{name} is not placed yet: choose the keypoint to move first")
             return
         moved_um = placing.nudged(position_um, axis, voxels, self.spacing_um)
         preview = self._view.preview
@@ -190,7 +190,7 @@ class SessionEditing(SessionBody):
         name = self._view.active_part
         position_um = self._document.positions_um.get(name or "") if self._document else None
         if name is None or position_um is None or self.volume is None or self.spacing_um is None:
-            self.message_posted.emit("Place a keypoint before snapping it; boxes do not snap")
+            self.post_message("Place a keypoint before snapping it; boxes do not snap")
             return
         self._refiner.snap(self.volume, self.spacing_um, name, position_um, to)
 
@@ -217,6 +217,12 @@ class SessionEditing(SessionBody):
         """Take a part away."""
         self._edit(f"Clear {name}", lambda document: edits.clear(document, name))
 
+    def set_flag(self, flag: str | None) -> None:
+        """Say why somebody should look at the volume; None takes that back."""
+        self._edit(
+            "Flag the volume" if flag else "Remove the flag", lambda document: edits.set_flag(document, flag)
+        )
+
     def relabel(self, right_names: Mapping[str, str]) -> None:
         """Give parts that were taken for each other their right names, see `edits.relabel`: one edit."""
         words = "Swap" if len(right_names) == 2 else "Relabel"
@@ -241,7 +247,7 @@ class SessionEditing(SessionBody):
             return None
         position_um = placing.depth_along_ray(self.level, ray, self._view)
         if position_um is None:
-            self.message_posted.emit("Nothing above the opacity threshold lies under the click")
+            self.post_message("Nothing above the opacity threshold lies under the click")
         return position_um
 
     def _propose(self, keypoint: str, position_um: Vector, ray: Ray) -> None:

@@ -48,6 +48,8 @@ class OpeningRequest:
         Unsaved edits that a dead program left; the document goes on from them.
     rereads : bool
         Whether the unsaved edits of the open document are given up for what stands in its file.
+    looks_anyway : bool
+        Whether the annotator wants to see the others' work, although it is too early.
     """
 
     worklist: Worklist
@@ -57,6 +59,7 @@ class OpeningRequest:
     dataset: str | None = None
     recovery: Recovery | None = None
     rereads: bool = False
+    looks_anyway: bool = False
 
     @property
     def item(self) -> WorkItem:

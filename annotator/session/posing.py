@@ -43,7 +43,7 @@ class SessionPosing(SessionBoxes):
         """Say whether clicks place parts, or handles move the tool as a whole, or neither."""
         tool = self.tool
         if mode == "pose" and tool is not None and not tool.links:
-            self.message_posted.emit(f"The tool {tool.name} has no links, so it cannot be posed")
+            self.post_message(f"The tool {tool.name} has no links, so it cannot be posed")
             return
         super().set_mode(mode)
         self._bring_tool()
@@ -55,13 +55,13 @@ class SessionPosing(SessionBoxes):
         if self._view.mode != "pose" or keypoint is not None:
             super().place(position_um, source, keypoint)
         else:
-            self.message_posted.emit(_NO_CLICKS)
+            self.post_message(_NO_CLICKS)
 
     def keypoint_to_place(self) -> str | None:
         """Return the keypoint that a click places: none in pose mode."""
         if self._view.mode != "pose":
             return super().keypoint_to_place()
-        self.message_posted.emit(_NO_CLICKS)
+        self.post_message(_NO_CLICKS)
         return None
 
     def preview_pose(self, pose: ToolPose, *, is_typed: bool = False) -> None:
@@ -163,9 +163,9 @@ class SessionPosing(SessionBoxes):
         if document is None:
             return
         if document.method != "keypoints":
-            self.message_posted.emit("Boxes are not filled in; pose mode places the tool as a whole")
+            self.post_message("Boxes are not filled in; pose mode places the tool as a whole")
         elif fit is None:
-            self.message_posted.emit("Too few keypoints are placed for a fit of the tool")
+            self.post_message("Too few keypoints are placed for a fit of the tool")
         else:
             names = self.fillable_keypoints
             told_um = {name: self.told_keypoints_um[name] for name in names}
@@ -176,9 +176,7 @@ class SessionPosing(SessionBoxes):
             said = [f"Filled in {' and '.join(names)}"] if names else []
             if untold:
                 said.append(f"What is placed does not tell where {' and '.join(untold)} would be")
-            self.message_posted.emit(
-                ". ".join(said) or "Nothing to fill in: every keypoint is where it should be"
-            )
+            self.post_message(". ".join(said) or "Nothing to fill in: every keypoint is where it should be")
 
     # Against the volume
 
@@ -195,7 +193,7 @@ class SessionPosing(SessionBoxes):
         if volume is None or spacing_um is None or tool is None:
             return
         if pose is None or self._document is None or not self.shown_positions_um():
-            self.message_posted.emit("Place keypoints or boxes first: refining begins from their fit")
+            self.post_message("Place keypoints or boxes first: refining begins from their fit")
             return
         self._stop_refining()
         began = self._document
@@ -243,7 +241,7 @@ class SessionPosing(SessionBoxes):
         tool = self.tool
         if self._view.mode == "pose" and tool is not None and self.settled_pose is None:
             self.look(pose=self._lying_pose(tool))
-            self.message_posted.emit("Drag the tool to where it is: its handles move, turn and bend it")
+            self.post_message("Drag the tool to where it is: its handles move, turn and bend it")
 
     def _stop_refining(self) -> None:
         job, self._refining = self._refining, None
@@ -254,7 +252,7 @@ class SessionPosing(SessionBoxes):
         self.settle_typing()
         pose = self.settled_pose
         if self._view.mode != "pose" or pose is None:
-            self.message_posted.emit("In pose mode (B) the keys move the tool as a whole")
+            self.post_message("In pose mode (B) the keys move the tool as a whole")
             return
         self.pose_tool(change(pose))
 
@@ -262,14 +260,14 @@ class SessionPosing(SessionBoxes):
         self._refining = None
         if self._document is began:
             self.look(refinement=found)
-            self.message_posted.emit("Refined: Return accepts the proposal, Esc rejects it")
+            self.post_message("Refined: Return accepts the proposal, Esc rejects it")
         else:
-            self.message_posted.emit("The annotation has changed since: refine again")
+            self.post_message("The annotation has changed since: refine again")
 
     def _on_job_refining_failed(self, error: Exception) -> None:
         self._refining = None
         if isinstance(error, UserError):
-            self.message_posted.emit(str(error))
+            self.post_message(str(error))
         else:
             self._raise_error(error)
 

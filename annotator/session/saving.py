@@ -55,7 +55,7 @@ class SessionSaving(SessionCalibrating):
             if mistakes:
                 doubts.append(f"the check says: {' '.join(mistake.text for mistake in mistakes)}")
             though = f", though {', and '.join(doubts)}" if doubts else ""
-            self.message_posted.emit(f"Done and saved{though}")
+            self.post_message(f"Done and saved{though}")
 
     def _show_document(self, document: Annotation) -> None:
         before = self._document
@@ -64,7 +64,7 @@ class SessionSaving(SessionCalibrating):
             self._note_reopening(before)
         super()._show_document(document)
         if reopens:
-            self.message_posted.emit(_REOPENED)
+            self.post_message(_REOPENED)
 
     def _reopens(self, before: Annotation, after: Annotation) -> bool:
         """Whether a change is one of finished work whose author could see the others': whoever makes it."""
@@ -97,10 +97,10 @@ class SessionSaving(SessionCalibrating):
         try:
             self._write(overwrite=overwrite, path=path)
         except ChangedOnDisk as error:
-            self.overwrite_requested.emit(str(error))
+            self._ask_to_overwrite(error)
             return False
         except SaveError as error:
-            self.error_raised.emit(error)
+            self.report(error)
             return False
         return True
 
@@ -120,7 +120,10 @@ class SessionSaving(SessionCalibrating):
                 self._file.close(nothing_left=nothing_left)
             except SaveError as error:
                 # A journal that cannot be deleted is offered again; it must not keep the document open.
-                self.error_raised.emit(error)
+                self.report(error)
+
+    def _ask_to_overwrite(self, error: ChangedOnDisk) -> None:
+        self.overwrite_requested.emit(self.neutral(str(error)))
 
     def _on_autosave_save_requested(self) -> None:
         if not self.unsaved:
@@ -129,12 +132,12 @@ class SessionSaving(SessionCalibrating):
             # Without what is being typed: a person may pause in the middle of a number.
             self._write(overwrite=False, path=None)
         except ChangedOnDisk as error:
-            self.overwrite_requested.emit(str(error))
+            self._ask_to_overwrite(error)
         except SaveError as error:
             # A dialog once; a full disk would bring it again and again.
             if self._autosave_failed:
-                self.message_posted.emit(str(error))
+                self.post_message(str(error))
             else:
-                self.error_raised.emit(error)
+                self.report(error)
             self._autosave_failed = True
             self._autosave.try_again()

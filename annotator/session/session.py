@@ -1,7 +1,8 @@
 """The session: opens and recovers what its bases edit, save and announce."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,15 @@ from annotations.geometry.frames import vector
 from annotator.session.deriving import write_derived
 from annotator.session.document_file import DocumentFile
 from annotator.session.jobs import Job, Result
+from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
 from annotator.session.saving import SessionSaving
 from annotator.session.spacing_answer import SpacingAnswer
+from annotator.session.study_paths import LookNeeded, neutral_label, read_path
 from annotator.session.view import View
 from annotator.session.volume_opener import VolumeOpener
-from annotator.session.worklist import Worklist, read_worklist, worklist_with
+from annotator.session.worklist import Worklist, worklist_with
 
 _NOTHING_ON_ITS_WAY: dict[str, Any] = {
     "preview": None,
@@ -43,6 +46,7 @@ class Session(SessionSaving):
         super().__init__(options, parent)
         self._looking: Job | None = None
         self._derived_words = ""
+        self._told_stranger: tuple[Path, str] | None = None
         self._opener = VolumeOpener(
             self.jobs,
             options.spacing_override_um,
@@ -57,10 +61,21 @@ class Session(SessionSaving):
 
     # Opening and closing
 
-    def open_path(self, path: Path) -> None:
-        """Open a study, an annotation, a folder of volumes or a volume; errors come as ``error_raised``."""
+    def open_path(self, path: Path, *, looks_anyway: bool = False) -> None:
+        """Open a study, an annotation, a folder of volumes or a volume; errors come as ``error_raised``.
+
+        ``looks_anyway`` answers ``look_requested`` with yes.
+        """
         annotator, method = self._options.annotator_name, self._options.method
-        self._look_at(path, lambda: read_worklist(path, annotator, method), self._on_worklist_read)
+
+        def on_failed(error: Exception) -> None:
+            if isinstance(error, LookNeeded):
+                self.look_requested.emit(path, error.problem)
+            else:
+                self._raise_error(error)
+
+        read = partial(read_path, path, annotator, method, looks_anyway=looks_anyway)
+        self._look_at(read, partial(self._on_worklist_read, looks_anyway=looks_anyway), on_failed)
 
     def open_item(self, index: int) -> None:
         """Save what is open and open another item; what is open stays until the other one is ready."""
@@ -73,6 +88,15 @@ class Session(SessionSaving):
     def previous_volume(self) -> None:
         """Open the previous item."""
         self._step(-1)
+
+    def next_to_do(self) -> int | None:
+        """Return the place of the next item that is not done, counted from the open one; None if all are."""
+        _, here = self._destination()
+        places = range(len(self.items))
+        after = (here + 1) if here is not None else 0
+        return next(
+            (at for at in (*places[after:], *places[:after]) if self.items[at].status != "done"), None
+        )
 
     def provide_dataset(self, path: Path, name: str) -> None:
         """Answer ``dataset_requested`` for a file; ignored if another is being opened by now."""
@@ -93,18 +117,18 @@ class Session(SessionSaving):
         if self._document is None or index is None or self._document.tool == name:
             return
         if self.unsaved or any(part.anchor_um is not None for part in self._document.parts):
-            self.message_posted.emit(
+            self.post_message(
                 f"This annotation stays with {self._document.tool}: {self._document.method} are placed"
             )
         elif self._file is not None and self._file.path.exists():
-            self.message_posted.emit(f"The annotation on disk stays with {self._document.tool}")
+            self.post_message(f"The annotation on disk stays with {self._document.tool}")
         else:
             self.open_item(index)
 
     def set_method(self, method: Method) -> None:
         """Annotate by keypoints or by boxes: what is open is saved, and the volume's other file is opened."""
         if method not in self._worklist.methods:
-            self.message_posted.emit(f"This study is annotated by {' and '.join(self._worklist.methods)}")
+            self.post_message(f"This study is annotated by {' and '.join(self._worklist.methods)}")
             return
         self._options = replace(self._options, method=method)
         worklist, _ = self._destination()
@@ -113,7 +137,7 @@ class Session(SessionSaving):
         if not worklist.items:
             self._set_worklist(worklist.with_method(method), None)
             return
-        self._look_at(worklist.path, lambda: worklist.with_method(method), self._on_worklist_of_method_read)
+        self._look_at(lambda: worklist.with_method(method), self._on_worklist_of_method_read)
 
     def derive(self, roll_deg: float | None = None) -> None:
         """Make a new, marked document of the other method from the open one, and open it; this one stays.
@@ -127,18 +151,21 @@ class Session(SessionSaving):
             return
         method: Method = "boxes" if document.method == "keypoints" else "keypoints"
         if method not in self._worklist.methods:
-            self.message_posted.emit(f"This study is annotated by {document.method} alone")
+            self.post_message(f"This study is annotated by {document.method} alone")
             return
         try:
             derived = write_derived(document, tool, original, method, roll_deg)
         except RollUnknown as error:
             self.roll_requested.emit(error)
         except UserError as error:
-            self.error_raised.emit(error)
+            self.report(error)
         else:
             left_out = f"; without {', '.join(derived.left_out)}" if derived.left_out else ""
+            words = f"{derived.path.name} follows from {original.name}, which stays"
+            if self.is_blind:
+                words = f"The {method} follow from the {document.method}, which stay"
             # To be said once it is open: until then a message is about the other document.
-            self._derived_words = f"{derived.path.name} follows from {original.name}, which stays{left_out}"
+            self._derived_words = f"{words}{left_out}"
             self.set_method(method)
 
     def set_annotator_name(self, name: str) -> None:
@@ -192,10 +219,17 @@ class Session(SessionSaving):
         """Open the document of a recovery, with its unsaved edits as one edit that can be undone."""
         present, path = self._worklist, recovery.annotation_path
         self._look_at(
-            path,
             lambda: worklist_with(recovery.document, path, present),
             lambda place: self._open(*place, recovery=recovery),
         )
+
+    def recovery_names(self, recoveries: Iterable[Recovery]) -> Mapping[Path, str]:
+        """Return the neutral names of those recoveries that are of blind work, by their journals."""
+        names = {
+            recovery.journal_path: neutral_label(recovery.annotation_path, recovery.document.annotator)
+            for recovery in recoveries
+        }
+        return {path: name for path, name in names.items() if name}
 
     def discard_recovery(self, recovery: Recovery) -> None:
         """Delete what a dead program left behind."""
@@ -206,19 +240,31 @@ class Session(SessionSaving):
         if self._current_index is not None:
             self._open(self._worklist, self._current_index, rereads=True)
 
-    def _look_at(self, path: Path, read: Callable[[], Result], done: Callable[[Result], None]) -> None:
+    def _look_at(
+        self,
+        read: Callable[[], Result],
+        done: Callable[[Result], None],
+        failed: Callable[[Exception], None] | None = None,
+    ) -> None:
         if self._looking is not None:
             # The last wish counts, not the slowest folder.
             self.jobs.cancel(self._looking)
         self._looking = self.jobs.start(
-            f"Looking at {path.name}",
+            # Not by its name: it may be one that is not to be known.
+            "Looking at what is there",
             lambda _progress, _cancelled: read(),
             done=done,
-            failed=self._raise_error,
+            failed=failed or self._raise_error,
         )
 
     def _open(
-        self, worklist: Worklist, index: int, *, recovery: Recovery | None = None, rereads: bool = False
+        self,
+        worklist: Worklist,
+        index: int,
+        *,
+        recovery: Recovery | None = None,
+        rereads: bool = False,
+        looks_anyway: bool = False,
     ) -> None:
         if not rereads and not self._is_saved():
             return
@@ -227,7 +273,15 @@ class Session(SessionSaving):
         tool_name = worklist.tool_name or self._options.tool_name
         folders = self._tool_folders(worklist)
         self._opener.open(
-            OpeningRequest(worklist, index, tool_name, folders, recovery=recovery, rereads=rereads)
+            OpeningRequest(
+                worklist,
+                index,
+                tool_name,
+                folders,
+                recovery=recovery,
+                rereads=rereads,
+                looks_anyway=looks_anyway,
+            )
         )
 
     def _destination(self) -> tuple[Worklist, int | None]:
@@ -246,7 +300,7 @@ class Session(SessionSaving):
         if 0 <= index < len(self.items):
             self.open_item(index)
         else:
-            self.message_posted.emit("There is no next volume" if by > 0 else "There is no previous volume")
+            self.post_message("There is no next volume" if by > 0 else "There is no previous volume")
 
     def _install(self, opened: Opened | None) -> None:
         """Make another volume, or none, the open one; every property has changed when the signals come."""
@@ -303,9 +357,9 @@ class Session(SessionSaving):
         if recoveries:
             self.recovery_requested.emit(recoveries)
 
-    def _on_worklist_read(self, worklist: Worklist) -> None:
+    def _on_worklist_read(self, worklist: Worklist, looks_anyway: bool = False) -> None:
         if worklist.items:
-            self._open(worklist, worklist.first)
+            self._open(worklist, worklist.first, looks_anyway=looks_anyway)
         elif self.close_volume():
             self._set_worklist(worklist, None)
 
@@ -332,17 +386,31 @@ class Session(SessionSaving):
             self._opened, self._current_index = None, None
             self._install(None)
             self.worklist_changed.emit()
-            self.error_raised.emit(error)
+            self.report(error)
             return
         self.worklist_changed.emit()
         self._levels.load_averaged(opened.found.volume, opened.spacing_um)
+        self._tell_stranger()
         if self._derived_words:
-            self.message_posted.emit(self._derived_words)
+            self.post_message(self._derived_words)
             self._derived_words = ""
+        if request.looks_anyway:
+            self.seeing.look_anyway()
         for warning in opened.warnings:
-            self.error_raised.emit(warning)
+            self.report(warning)
         if request.recovery is not None:
             self._go_on_from(request.recovery)
+
+    def _tell_stranger(self) -> None:
+        """Tell a person whom the study does not name, once, whose annotations these will be."""
+        study, name, folder = self._worklist.study, self._worklist.annotator, self._worklist.folder
+        if study is None or not study.annotators or name in study.annotators:
+            return
+        if self._told_stranger != (folder, name):
+            self._told_stranger = (folder, name)
+            self.post_message(
+                f"{name} is not among this study's annotators; annotations are kept apart, under that name"
+            )
 
     def _may_give_way_to(self, opened: Opened) -> bool:
         """Save what was edited while the other volume was read; False if the open document must stay."""
@@ -362,13 +430,16 @@ class Session(SessionSaving):
             discard(recovery.journal_path)
         except SaveError as error:
             # The old journal stays where the new one could not take over.
-            self.error_raised.emit(error)
+            self.report(error)
 
     def _on_opener_failed(self, request: OpeningRequest, error: Exception) -> None:
         self._derived_words = ""
         # What is open stays; but of a study whose first volume is bad, a person wants to see the others.
         if request.worklist.is_folder and request.worklist is not self._worklist and self.close_volume():
             self._set_worklist(request.worklist, None)
+        if isinstance(error, UserError):
+            # It is about the volume that was to be opened, not about the one that is open.
+            error = NeutralWords(request.worklist, request.item).error(error)
         self._raise_error(error)
 
 

@@ -24,6 +24,7 @@ from annotator.session.commands import EditCommand
 from annotator.session.document_file import DocumentFile
 from annotator.session.jobs import Jobs
 from annotator.session.level_loader import LevelLoader
+from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened
 from annotator.session.options import SessionOptions
 from annotator.session.remembered import Remembered
@@ -69,6 +70,9 @@ class SessionState(QObject):
         The keypoints do not show the roll of the boxes to be derived: answer with `Session.derive`.
     calibrated : ToolCalibration
         What finished annotations say of the tool: `SessionCalibrating.keep_calibration` may follow.
+    look_requested : Path, str
+        The path asked for is another person's annotation, and this is why it is not for the annotator's eyes
+        yet: answer with ``open_path(path, looks_anyway=True)`` or not at all.
     overwrite_requested : str
         Another program changed the file: answer with ``save(overwrite=True)``, `reload` or `save_as`.
     """
@@ -86,6 +90,7 @@ class SessionState(QObject):
     recovery_requested = Signal(object)
     roll_requested = Signal(object)
     calibrated = Signal(object)
+    look_requested = Signal(object, str)
     overwrite_requested = Signal(str)
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
@@ -100,12 +105,13 @@ class SessionState(QObject):
         self._detail: Level | None = None
         self._shown: Remembered[Annotation | None] = Remembered()
         self._shown_positions_um: Remembered[Mapping[str, Vector]] = Remembered()
+        self._words: Remembered[NeutralWords] = Remembered()
         self._file: DocumentFile | None = None
         self.jobs = Jobs(self)
         self.undo_stack = QUndoStack(self)
         self.undo_stack.cleanChanged.connect(self._on_undo_stack_clean_changed)
         self._autosave = Autosave(options.autosave_s, self)
-        self._autosave.failed.connect(self.error_raised)
+        self._autosave.failed.connect(self.report)
         cache = LevelCache(options.level_cache_folder, options.cache_limit_bytes)
         self._levels = LevelLoader(self.jobs, cache, self)
         self._levels.averaged_loaded.connect(self._on_levels_averaged_loaded)
@@ -129,6 +135,19 @@ class SessionState(QObject):
     def title(self) -> str:
         """Name of the study or folder."""
         return self._worklist.title
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether the annotator is to know the volumes by their numbers alone."""
+        return self._worklist.is_blind
+
+    @property
+    def volume_label(self) -> str:
+        """What the open volume is called: by the name of its file, in blind work by its number."""
+        index = self._current_index
+        if self.is_blind and index is not None:
+            return self.items[index].label
+        return self.volume.path.name if self.volume is not None else ""
 
     @property
     def volume(self) -> Volume | None:
@@ -239,12 +258,19 @@ class SessionState(QObject):
         return find_tools(self._tool_folders(self._worklist))
 
     def post_message(self, text: str) -> None:
-        """Say something in the status line."""
-        self.message_posted.emit(text)
+        """Say something in the status line; in blind work in neutral words."""
+        self.message_posted.emit(self.neutral(text))
 
     def report(self, error: UserError) -> None:
-        """Show an error to the person."""
-        self.error_raised.emit(error)
+        """Show an error to the person; in blind work in neutral words."""
+        self.error_raised.emit(self._neutral_words().error(error))
+
+    def neutral(self, text: str) -> str:
+        """Return a text as the annotator may read it: in blind work no volume's name or path is in it.
+
+        `post_message` and `report` see to that by themselves.
+        """
+        return self._neutral_words().text(text)
 
     # Looking: never on the undo stack
 
@@ -298,7 +324,7 @@ class SessionState(QObject):
         self._refresh_item()
 
     def _refuse(self, error: EditRefused) -> None:
-        self.message_posted.emit(str(error))
+        self.post_message(str(error))
 
     def _note_activity(self) -> None:
         if self._file is not None:
@@ -329,9 +355,13 @@ class SessionState(QObject):
             centre_um = self.shown_anchor_um(self._view.active_part or "") or self._view.crosshair_um
             self._levels.load_detail(self.volume, self.spacing_um, centre_um)
 
+    def _neutral_words(self) -> NeutralWords:
+        item = None if self._current_index is None else self.items[self._current_index]
+        return self._words.result(NeutralWords, self._worklist, item)
+
     def _raise_error(self, error: Exception) -> None:
         if isinstance(error, UserError):
-            self.error_raised.emit(error)
+            self.report(error)
         else:
             # Not foreseen: the window's log takes it, with its traceback.
             raise error
