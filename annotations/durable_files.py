@@ -41,7 +41,7 @@ def replace_durably(path: Path, content: bytes, *, backup: Path | None = None) -
     """
     try:
         target = Path(os.path.realpath(path))
-        _make_folder(target.parent)
+        make_folder(target.parent)
         mode = _writable_mode(target)
         with contextlib.ExitStack() as leftovers:
             fresh = _written_beside(target, content, mode, leftovers)
@@ -75,7 +75,8 @@ def sync_folder(folder: Path) -> None:
         _LOG.info("the folder %s could not be synced: %s", folder, error)
 
 
-def _make_folder(folder: Path) -> None:
+def make_folder(folder: Path) -> None:
+    """Make a folder durably, with those above it that are absent; OSError if that is not possible."""
     absent = [part for part in (folder, *folder.parents) if not part.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     for made in reversed(absent):

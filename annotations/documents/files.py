@@ -12,6 +12,7 @@ from annotations import __version__
 from annotations.documents.annotation import SCHEMA, Annotation, with_all_parts
 from annotations.documents.json_text import JsonProblem, layout, line_of, parse_strictly
 from annotations.documents.record import changed, now
+from annotations.documents.write_guard import writing_beside
 from annotations.durable_files import SaveError, replace_durably
 from annotations.errors import UserError, first_problem
 from annotations.geometry.tool import ToolSpecification
@@ -173,21 +174,24 @@ def save_annotation(
     ChangedOnDisk
         Another program wrote the file meanwhile, and ``overwrite`` is false.
     SaveError
-        The file, or the backup of another program's version, cannot be written; what was there is whole.
+        The file, or the backup of another program's version, cannot be written, or another program has been
+        writing in the folder for long (see `writing_beside`); what was there is whole.
     """
-    present = _present_content(path)
-    is_theirs = _identity(present) != expected
-    if is_theirs and not overwrite:
-        raise ChangedOnDisk(
-            "another program has changed it since it was read",
-            where=path,
-            remedy="Reload it, overwrite it (a backup is kept), or save under another name",
-        )
     written = changed(annotation, modified=now(), program=__version__)
     content = annotation_bytes(written)
-    if is_theirs and present is not None:
-        replace_durably(theirs_path(path), present)
-    replace_durably(path, content, backup=backup_path(path))
+    # Nobody writes between the look at what is there and the new content.
+    with writing_beside(path):
+        present = _present_content(path)
+        is_theirs = _identity(present) != expected
+        if is_theirs and not overwrite:
+            raise ChangedOnDisk(
+                "another program has changed it since it was read",
+                where=path,
+                remedy="Reload it, overwrite it (a backup is kept), or save under another name",
+            )
+        if is_theirs and present is not None:
+            replace_durably(theirs_path(path), present)
+        replace_durably(path, content, backup=backup_path(path))
     return written, hashlib.sha256(content).hexdigest()
 
 

@@ -28,6 +28,7 @@ from annotations.documents.files import (
     tool_of,
 )
 from annotations.documents.record import changed
+from annotations.documents.write_guard import GUARD_NAME
 from annotations.durable_files import SaveError
 from annotations.geometry.tool import ToolError, ToolSpecification
 
@@ -42,6 +43,10 @@ def path(tmp_path: Path) -> Path:
 @pytest.fixture
 def saved(document: Annotation, path: Path) -> tuple[Annotation, str]:
     return save_annotation(document, path, expected="")
+
+
+def files_beside(path: Path) -> list[Path]:
+    return sorted(each for each in path.parent.iterdir() if each.name != GUARD_NAME)
 
 
 def test_the_example_of_the_format_is_read(example: dict[str, Any], tmp_path: Path) -> None:
@@ -139,7 +144,7 @@ def test_a_file_that_another_program_changed_is_not_overwritten(
     with pytest.raises(ChangedOnDisk, match="another program has changed it"):
         save_annotation(document, path, expected=identity)
     assert path.read_bytes() == theirs
-    assert sorted(path.parent.iterdir()) == [path]
+    assert files_beside(path) == [path]
 
 
 def test_a_version_of_another_program_that_is_overwritten_stays_for_good(
@@ -160,7 +165,7 @@ def test_a_version_of_another_program_that_is_overwritten_stays_for_good(
     kept = sorted(path.parent.glob("*.theirs.bak"))
     assert [each.read_bytes() for each in kept] == overwritten
     assert all(each.name.startswith(f"{path.name}.20") for each in kept)
-    assert sorted(path.parent.iterdir()) == sorted([path, backup_path(path), *kept])
+    assert files_beside(path) == sorted([path, backup_path(path), *kept])
 
 
 def test_overwriting_what_came_from_here_or_is_gone_keeps_no_other_version(
@@ -169,7 +174,7 @@ def test_overwriting_what_came_from_here_or_is_gone_keeps_no_other_version(
     _, identity = save_annotation(document, path, expected=saved[1], overwrite=True)
     path.unlink()
     save_annotation(document, path, expected=identity, overwrite=True)
-    assert sorted(path.parent.iterdir()) == [path, backup_path(path)]
+    assert files_beside(path) == [path, backup_path(path)]
 
 
 def test_what_cannot_be_kept_is_not_overwritten(
@@ -181,7 +186,7 @@ def test_what_cannot_be_kept_is_not_overwritten(
     with pytest.raises(SaveError):
         save_annotation(document, path, expected=saved[1], overwrite=True)
     assert path.read_bytes() == theirs
-    assert sorted(path.parent.iterdir()) == [path]
+    assert files_beside(path) == [path]
 
 
 def test_a_file_that_appeared_meanwhile_is_not_overwritten(
@@ -223,7 +228,7 @@ def test_a_full_disk_leaves_the_old_file(
         patched.setattr(os, "fsync", full)
         with pytest.raises(SaveError, match="No space left on device"):
             save_annotation(set_status(document, "done"), path, expected=saved[1])
-    assert sorted(path.parent.iterdir()) == [path]
+    assert files_beside(path) == [path]
     assert path.read_bytes() == before
     # With space again the same save succeeds: nobody has to say "overwrite".
     save_annotation(set_status(document, "done"), path, expected=saved[1])
