@@ -205,3 +205,66 @@ def test_output_is_json_also_when_text_is_not_ascii(
     out = capsys.readouterr().out
     assert out.isascii()
     assert "größe" in json.loads(out)["findings"][0]["problem"]
+
+
+def test_a_study_is_checked_as_a_whole(study: Path, volume_path: Path, run_json: Any) -> None:
+    volume_path.unlink()
+
+    code, objects, _ = run_json("check", study / "study.toml")
+
+    assert code == 1
+    by_path = {each["path"]: kinds(each) for each in objects}
+    assert next(iter(by_path)) == str(study / "study.toml")
+    assert by_path == {
+        str(study / "study.toml"): ["note", "note"],
+        str(study / "annotations" / "truth"): ["missing"],
+        str(volume_path): ["volume"],
+    }
+    assert run_json("check", study)[1] == objects
+
+
+def test_notes_alone_are_no_findings_for_the_exit_code(study: Path, run_json: Any) -> None:
+    text = (study / "study.toml").read_text()
+    (study / "study.toml").write_text(text.replace('    "boxes",\n', ""))
+
+    code, [fields], _ = run_json("check", study)
+
+    assert (code, kinds(fields)) == (0, ["note"])
+
+
+def test_of_a_study_too_it_is_said_what_the_tool_cannot_look_like(
+    study: Path, rewrite: Callable[..., None], truth_path: Path, run_json: Any
+) -> None:
+    rewrite(_swap_first)
+
+    _, objects, _ = run_json("check", study)
+
+    assert [kinds(each) for each in objects if each["path"] == str(truth_path)] == [["plausibility"]]
+
+
+def test_every_annotation_in_a_folder_without_a_study_is_checked(
+    study: Path, truth_path: Path, run_json: Any
+) -> None:
+    (study / "study.toml").unlink()
+    files = sorted(truth_path.parent.glob("*.json"))
+
+    for folder in (study, truth_path.parent):
+        code, objects, _ = run_json("check", folder)
+        assert (code, objects) == (0, [{"path": str(path), "findings": []} for path in files])
+
+
+def test_a_folder_without_annotations_is_an_error(tmp_path: Path, run_json: Any) -> None:
+    code, [fields], messages = run_json("check", tmp_path)
+
+    assert code == 1
+    assert "there is no annotation file in this folder" in messages
+    assert fields["error"]
+
+
+def test_a_study_that_cannot_be_read_is_an_error(study: Path, run_json: Any) -> None:
+    (study / "study.toml").write_text("title = ")
+
+    code, [fields], _ = run_json("check", study)
+
+    assert code == 1
+    assert "not valid TOML" in fields["error"]

@@ -1,5 +1,6 @@
 import errno
 import os
+import tomllib
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -14,6 +15,8 @@ from annotations.documents.study import (
     Study,
     StudyError,
     StudyVolume,
+    ViewingRules,
+    annotation_name,
     annotation_path,
     load_study,
     save_study,
@@ -59,15 +62,34 @@ volumes = st.builds(
     path=relative_paths,
     dataset=st.none() | text,
     spacing_um=st.none() | st.tuples(*[st.floats(1e-3, 1e4)] * 3),
+    repeats=st.integers(0, 3),
+    batch=st.integers(0, 3),
 )
-studies = st.builds(
-    Study,
-    title=text,
-    tool=names,
-    methods=st.sampled_from([("keypoints",), ("boxes",), ("boxes", "keypoints")]),
-    annotators=st.lists(people, max_size=3, unique_by=str.casefold).map(tuple),
-    volumes=st.lists(volumes, max_size=3, unique_by=lambda volume: volume.id.casefold()).map(tuple),
+viewing_rules = st.builds(
+    ViewingRules,
+    others=st.sampled_from(["when_done", "never"]),
+    may_look=st.booleans(),
+    reviewers=st.lists(people, max_size=2).map(tuple),
 )
+
+
+@st.composite
+def studies(draw: st.DrawFn) -> Study:
+    annotators = draw(st.lists(people, max_size=3, unique_by=str.casefold))
+    methods = draw(st.sampled_from([("keypoints",), ("boxes",), ("boxes", "keypoints")]))
+    assigned = st.lists(st.sampled_from(methods), min_size=1, unique=True).map(tuple)
+    return Study(
+        title=draw(text),
+        tool=draw(names),
+        methods=methods,
+        annotators=tuple(annotators),
+        assignments={name: draw(assigned) for name in annotators if draw(st.booleans())},
+        blind=draw(st.booleans()),
+        order=draw(st.sampled_from(["listed", "shuffled"])),
+        seed=draw(st.integers(0, 2**63 - 1)),
+        viewing=draw(viewing_rules),
+        volumes=tuple(draw(st.lists(volumes, max_size=3, unique_by=lambda volume: volume.id.casefold()))),
+    )
 
 
 def write(folder: Path, content: str) -> Path:
@@ -97,7 +119,7 @@ def test_little_has_to_be_said(tmp_path: Path) -> None:
     assert (study.methods, study.annotators, study.volumes) == (("keypoints",), (), ())
 
 
-@given(study=studies)
+@given(study=studies())
 @settings(max_examples=50)
 def test_what_is_saved_is_what_is_loaded(study: Study) -> None:
     with TemporaryDirectory() as folder:
@@ -143,6 +165,21 @@ def test_what_is_saved_is_what_is_loaded(study: Study) -> None:
         ("[15.9, 13.5, 9]", "[15.9, 13.5, nan]", "volumes.1.spacing_um.2: Input should be a finite number"),
         ("[15.9, 13.5, 9]", "[15.9, 13.5]", "the field 'volumes.1.spacing_um.2' is missing"),
         ("[15.9, 13.5, 9]", '["15.9", 13.5, 9]', "volumes.1.spacing_um.0: Input should be a valid number"),
+        ('id = "v002"', 'id = "v002"\nrepeats = -1', "volumes.1.repeats: Input should be greater than or"),
+        ('id = "v002"', 'id = "v002"\nrepeats = 1.0', "volumes.1.repeats: Input should be a valid integer"),
+        ('"ben"]', '"ben"]\nblind = "yes"', "blind: Input should be a valid boolean"),
+        ('"ben"]', '"ben"]\norder = "random"', "order: Input should be 'listed' or 'shuffled'"),
+        ('"ben"]', '"ben"]\nseed = -1', "seed: Input should be greater than or equal to 0"),
+        ('"ben"]', '"ben"]\nassignments = { cara = ["boxes"] }', "assignments name 'cara', who is not among"),
+        ('"ben"]', '"ben"]\nassignments = { ben = [] }', "assignments.ben: Tuple should have at least 1"),
+        (
+            '["keypoints", "boxes"]',
+            '["boxes"]\nassignments = { ben = ["keypoints"] }',
+            "'keypoints', which is",
+        ),
+        ('"ben"]', '"ben", "consensus"]', "no annotator can be called 'consensus'"),
+        ('"ben"]', '"ben"]\nviewing = { others = "always" }', "viewing.others: Input should be 'when_done'"),
+        ('"ben"]', '"ben"]\nviewing = { reviewers = ["a/b"] }', "viewing.reviewers.0: an annotator's name"),
         ("[[volumes]]\nid", "[[volumes]\nid", "it is not valid TOML"),
         ('tool = "magnetic-forceps"', 'tool = "needle"\ntool = "needle"', "it is not valid TOML"),
     ],
@@ -154,6 +191,59 @@ def test_a_wrong_study_is_refused_by_name(tmp_path: Path, right: str, wrong: str
         load_study(folder)
     assert message in str(refused.value)
     assert refused.value.where == folder / STUDY_FILE
+
+
+def test_what_says_nothing_is_not_written(tmp_path: Path) -> None:
+    save_study(Study(title="Trial", tool="needle", volumes=(StudyVolume(id="a", path="a.npy"),)), tmp_path)
+    assert tomllib.loads((tmp_path / STUDY_FILE).read_text(encoding="utf-8")) == {
+        "schema": "oct-study/1",
+        "title": "Trial",
+        "tool": "needle",
+        "methods": ["keypoints"],
+        "annotators": [],
+        "volumes": [{"id": "a", "path": "a.npy"}],
+    }
+
+
+def test_of_the_viewing_rules_only_the_unusual_ones_are_written(tmp_path: Path) -> None:
+    save_study(Study(title="Trial", tool="needle", viewing=ViewingRules(may_look=True)), tmp_path)
+    fields = tomllib.loads((tmp_path / STUDY_FILE).read_text(encoding="utf-8"))
+    assert fields["viewing"] == {"may_look": True}
+
+
+def test_who_is_not_assigned_works_by_all_methods(tmp_path: Path) -> None:
+    study = load_study(write(tmp_path, SOUND.replace('"ben"]', '"ben"]\nassignments = { ben = ["boxes"] }')))
+    assert study.methods_of("anna") == ("keypoints", "boxes")
+    assert study.methods_of("ben") == ("boxes",)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("v001.keypoints.json", ("v001", "keypoints", 0)),
+        ("scan.npy.boxes.json", ("scan.npy", "boxes", 0)),
+        ("v001.boxes.repeat12.json", ("v001", "boxes", 12)),
+        ("v.keypoints.repeat1.keypoints.json", ("v.keypoints.repeat1", "keypoints", 0)),
+        ("v001.boxes.repeat0.json", None),
+        ("v001.points.json", None),
+        ("v001.json", None),
+        (".keypoints.json", None),
+        ("v001.keypoints.json.bak", None),
+    ],
+)
+def test_the_name_of_an_annotation_file_is_understood(
+    name: str, expected: tuple[str, str, int] | None
+) -> None:
+    found = annotation_name(Path("annotations/anna") / name)
+    assert (found and (found.volume_id, found.method, found.repeat)) == expected
+
+
+@given(volume_id=names, method=st.sampled_from(["keypoints", "boxes"]), repeat=st.integers(0, 99))
+def test_what_a_path_is_made_of_is_read_from_it(volume_id: str, method: Any, repeat: int) -> None:
+    path = annotation_path(Path("study"), "anna", volume_id, method, repeat)
+    found = annotation_name(path)
+    assert found is not None
+    assert (found.volume_id, found.method, found.repeat) == (volume_id, method, repeat)
 
 
 def test_a_volume_whose_name_is_no_unicode_is_refused() -> None:

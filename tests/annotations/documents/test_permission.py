@@ -1,0 +1,115 @@
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from annotations.documents.annotation import Annotation
+from annotations.documents.files import save_annotation
+from annotations.documents.permission import FREE, permission
+from annotations.documents.record import Method, Status, changed
+from annotations.documents.study import Study, StudyVolume, ViewingRules, annotation_path
+from annotations.documents.study_building import with_rules
+
+STUDY = Study(
+    title="trial",
+    tool="magnetic-forceps",
+    methods=("keypoints", "boxes"),
+    annotators=("anna", "ben"),
+    assignments={"ben": ("keypoints",)},
+    volumes=(
+        StudyVolume(id="v001", path="volumes/v001.npy", repeats=1),
+        StudyVolume(id="v002", path="volumes/v002.npy"),
+    ),
+)
+
+Keep = Callable[..., Path]
+
+
+@pytest.fixture
+def keep(tmp_path: Path, document: Annotation) -> Keep:
+    """Write somebody's annotation of a volume."""
+
+    def keep(person: str, volume_id: str, method: Method, repeat: int = 0, status: Status = "done") -> Path:
+        path = annotation_path(tmp_path, person, volume_id, method, repeat)
+        kept = changed(
+            document, annotator=person, method=method, repeat=repeat, status=status, keypoints=(), boxes=()
+        )
+        save_annotation(kept, path, expected="")
+        return path
+
+    return keep
+
+
+@pytest.fixture
+def anna_is_done(keep: Keep) -> None:
+    """Every pass by each of anna's methods over v001."""
+    for method in ("keypoints", "boxes"):
+        for repeat in (0, 1):
+            keep("anna", "v001", method, repeat)
+
+
+def test_nothing_is_seen_before_ones_own_work_is_begun(tmp_path: Path) -> None:
+    now = permission(STUDY, tmp_path, "anna", "v001")
+    assert (now.may_see, now.may_look) == (False, False)
+    assert now.reason == "Your own annotation of this volume is not done yet"
+
+
+def test_everything_is_seen_once_every_pass_by_every_method_is_done(
+    tmp_path: Path, anna_is_done: None
+) -> None:
+    assert permission(STUDY, tmp_path, "anna", "v001") == FREE
+    assert not permission(STUDY, tmp_path, "anna", "v002").may_see
+    assert not permission(STUDY, tmp_path, "ben", "v001").may_see
+
+
+@pytest.mark.parametrize(
+    ("method", "repeat"), [("keypoints", 0), ("keypoints", 1), ("boxes", 0), ("boxes", 1)]
+)
+def test_one_pass_that_is_missing_or_in_progress_keeps_all_hidden(
+    tmp_path: Path, anna_is_done: None, keep: Keep, method: Method, repeat: int
+) -> None:
+    path = annotation_path(tmp_path, "anna", "v001", method, repeat)
+    path.unlink()
+    assert not permission(STUDY, tmp_path, "anna", "v001").may_see
+    keep("anna", "v001", method, repeat, "in_progress")
+    assert not permission(STUDY, tmp_path, "anna", "v001").may_see
+
+
+def test_a_file_that_cannot_be_read_is_not_done(tmp_path: Path, anna_is_done: None) -> None:
+    annotation_path(tmp_path, "anna", "v001", "boxes").write_text("{")
+    assert not permission(STUDY, tmp_path, "anna", "v001").may_see
+
+
+def test_only_assigned_methods_have_to_be_done(tmp_path: Path, keep: Keep) -> None:
+    keep("ben", "v002", "keypoints")
+    assert permission(STUDY, tmp_path, "ben", "v002") == FREE
+
+
+def test_looking_before_is_possible_only_where_the_study_allows_it(tmp_path: Path) -> None:
+    allowed = with_rules(STUDY, viewing=ViewingRules(may_look=True))
+    now = permission(allowed, tmp_path, "anna", "v001")
+    assert (now.may_see, now.may_look) == (False, True)
+    assert now.reason
+
+
+def test_where_nobody_sees_the_others_being_done_changes_nothing(tmp_path: Path, anna_is_done: None) -> None:
+    closed = with_rules(STUDY, viewing=ViewingRules(others="never"))
+    now = permission(closed, tmp_path, "anna", "v001")
+    assert (now.may_see, now.may_look) == (False, False)
+    assert "do not see each other's work" in now.reason
+
+
+def test_whoever_does_not_annotate_reviews_where_no_reviewer_is_named(tmp_path: Path) -> None:
+    assert permission(STUDY, tmp_path, "rita", "v001") == FREE
+
+
+def test_where_reviewers_are_named_others_see_nothing(tmp_path: Path) -> None:
+    named = with_rules(STUDY, viewing=ViewingRules(reviewers=("rita",)))
+    assert permission(named, tmp_path, "rita", "v001") == FREE
+    assert not permission(named, tmp_path, "otto", "v001").may_see
+
+
+def test_a_reviewer_who_annotates_does_so_blindly_too(tmp_path: Path, anna_is_done: None) -> None:
+    closed = with_rules(STUDY, viewing=ViewingRules(others="never", reviewers=("anna",)))
+    assert not permission(closed, tmp_path, "anna", "v002").may_see
+    assert permission(closed, tmp_path, "anna", "v001") == FREE
