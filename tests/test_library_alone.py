@@ -47,7 +47,9 @@ def test_every_module_of_the_library_imports() -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("command", ["synthesize", "info", "targets", "convert", "check"])
+@pytest.mark.parametrize(
+    "command", ["synthesize", "info", "targets", "convert", "check", "export", "landmarks"]
+)
 def test_every_command_explains_itself(command: str) -> None:
     done = run_without_screen_packages(
         "from annotations.cli import main; sys.exit(main(sys.argv[1:]))", command, "--help"
