@@ -61,4 +61,6 @@ def _in_words(exported: Exported) -> str:
     lines += [
         f"  left out, {one.volume_id}: {one.reason}" for one in exported.left_out if one.kind in _FOR_A_PERSON
     ]
+    if any(one.kind == "several" for one in exported.left_out):
+        lines.append("  Make the consensus of these, or give --annotator NAME or --every-annotation")
     return "\n".join(lines)

@@ -84,7 +84,7 @@ class LeftOut:
         for it. Of an annotation ``unfinished``: it is not done; and ``unusable``: it cannot be read, or is of
         another tool; its volume has no row then, unless every annotation has one.
     reason : str
-        In words, as a sentence without its full stop; what to do stands after a semicolon.
+        In words, as a sentence without its full stop.
     """
 
     volume_id: str

@@ -116,11 +116,19 @@ def export_targets(
         raise UserError(
             _nothing(method, wanted, left_out),
             where=folder,
-            remedy="Finish annotations, choose the other method or another annotator, or include those that "
-            "are not done",
+            remedy="Finish annotations or make the consensus, or ask for another method or annotator",
         )
     table = target_table(folder, documents, tool, method, wanted.rule, created=now())
-    replace_durably(output, content_of(table))
+    try:
+        content = content_of(table)
+    except ValueError as error:
+        # Halves of characters, or a zero, in a folder's name or in a document that somebody wrote by hand.
+        raise UserError(
+            f"a name in it cannot be written to such a file ({error})",
+            where=output,
+            remedy="Rename folders of annotators whose names are not text",
+        ) from error
+    replace_durably(output, content)
     volumes = {
         split: len({row.document.volume.id for row in table.rows if row.split == split}) for split in SPLITS
     }
@@ -141,7 +149,7 @@ def _format(output: Path, overwrite: bool) -> Callable[..., bytes]:
             raise UserError(
                 "there is a file already, and it is not overwritten",
                 where=output,
-                remedy="Choose another name, or ask for it to be overwritten",
+                remedy="Choose another name, or ask for it to be overwritten (--overwrite)",
             )
         if not is_earlier(output):
             raise UserError(
