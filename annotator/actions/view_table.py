@@ -20,6 +20,7 @@ LAYER_TITLES: dict[Layer, str] = {
     "links": "Links",
     "ghost": "Fitted Tool (Ghost)",
     "crosshair": "Crosshair",
+    "others": "Other Annotators",
 }
 _LAYER_KEYS: dict[Layer, str] = {
     "volume": "Shift+V",
@@ -30,6 +31,7 @@ _LAYER_KEYS: dict[Layer, str] = {
     "links": "Shift+L",
     "ghost": "Shift+G",
     "crosshair": "Shift+C",
+    "others": "Shift+O",
 }
 
 VIEW_ACTIONS: tuple[Action, ...] = (

@@ -74,6 +74,7 @@ class SceneView(QWidget):
         session.levels_changed.connect(self._on_session_levels_changed)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
+        session.others.changed.connect(self._redraw)
 
     # Beginning and end
 
@@ -254,6 +255,8 @@ class SceneView(QWidget):
             solids=session.solids(),
             handles=session.handles(),
             pointed=self._hand.pointed.name if self._hand.pointed is not None else None,
+            others=session.others.drawn,
+            differences=session.others.differences(),
         )
 
     def _picture(self) -> Picture:

@@ -125,13 +125,13 @@ def _box_lines(solids: Iterable[Solid]) -> Iterator[Segment]:
     for solid in solids:
         color = QColor(solid.color)
         edge = rgb(color.lighter(_ACTIVE_LIGHTER) if solid.active else color)
-        edges = block_edges(_corners_um(solid.box), edge)
+        edges = block_edges(corners_um(solid.box), edge)
         dash_um = max(solid.box.size_um) / (2 * _DASHES - 1)
         yield from (dash for each in edges for dash in _dashed(each, dash_um)) if solid.unsure else edges
         yield from _axis_marks(solid.box, edge)
 
 
-def _corners_um(box: Box) -> NDArray[np.float64]:
+def corners_um(box: Box) -> NDArray[np.float64]:
     """Return a box's corners, shape (2, 2, 2, 3): the first three indices are along its own axes."""
     shares = np.stack(np.meshgrid(*[(-0.5, 0.5)] * 3, indexing="ij"), axis=-1)
     return np.asarray(box.center_um) + (shares * np.asarray(box.size_um)) @ box.axes.T

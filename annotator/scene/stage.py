@@ -19,14 +19,17 @@ from annotator.scene.canvas import Canvas
 from annotator.scene.handles_layer import HandlesLayer
 from annotator.scene.keypoints_layer import KeypointsLayer
 from annotator.scene.links_layer import LinksLayer
+from annotator.scene.others_layer import OthersLayer
 from annotator.scene.picking import Picture
 from annotator.scene.planes_layer import PlanesLayer, PlanesLook, SlicesLayer, SlicesLook
 from annotator.scene.renderers import Renderers, is_software
 from annotator.scene.scale_bar_layer import ScaleBarLayer
 from annotator.scene.solids_layer import SolidsLayer
 from annotator.scene.volume_layer import MOVING_RAY_PX, VolumeLayer, VolumeLook, next_moving_ray_px
+from annotator.session.differences import Difference
 from annotator.session.handles import Handle
 from annotator.session.keypoint_marks import KeypointMark
+from annotator.session.others import OtherAnnotation
 from annotator.session.solids import Solid
 from annotator.session.view import View
 from annotator.settings import Renderer
@@ -44,6 +47,10 @@ class SceneLook:
         Outer corners of the volume; None where none is open.
     pointed : str or None
         The handle that is held or under the cursor.
+    others : tuple of OtherAnnotation
+        Those that are to be seen.
+    differences : tuple of Difference
+        Between them.
     """
 
     picture: Picture
@@ -56,6 +63,8 @@ class SceneLook:
     solids: tuple[Solid, ...]
     handles: tuple[Handle, ...]
     pointed: str | None
+    others: tuple[OtherAnnotation, ...] = ()
+    differences: tuple[Difference, ...] = ()
 
 
 class Stage:
@@ -83,7 +92,8 @@ class Stage:
         self._solids = SolidsLayer()
         self._axes = AxesLayer()
         self._scale_bar = ScaleBarLayer()
-        for layer in (self._planes, self._links, self._solids, self._axes, self._scale_bar):
+        self._others = OthersLayer(self.canvas.renderer)
+        for layer in (self._planes, self._others, self._links, self._solids, self._axes, self._scale_bar):
             for actor in layer.actors:
                 self.renderers.add_overlay(actor)
         self._keypoints = KeypointsLayer(self.canvas.renderer)
@@ -133,6 +143,7 @@ class Stage:
         self._links.show_links(look.tool if "links" in shown else None, positions_um, ratio)
         self._links.show_ray(view.preview.ray if view.preview else None, box_um, ratio)
         self._solids.show(look.solids, picture.camera, ratio)
+        self._others.show(look.others, look.differences, picture, font)
         axes = "axes" in shown and box_um is not None
         self._axes.show_outlines(box_um if axes else None, view.cropping_um, ratio)
         self._axes.show_triad(picture, font, visible=axes)

@@ -16,12 +16,14 @@ from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown
 from annotations.geometry.frames import vector
+from annotator.session.agreeing import Agreeing
 from annotator.session.deriving import write_derived
 from annotator.session.document_file import DocumentFile
 from annotator.session.jobs import Job, Result
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
+from annotator.session.others import Others
 from annotator.session.saving import SessionSaving
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.study_paths import LookNeeded, neutral_label, read_path
@@ -58,6 +60,8 @@ class Session(SessionSaving):
         self._opener.failed.connect(self._on_opener_failed)
         self._opener.spacing_requested.connect(self.spacing_requested)
         self._opener.dataset_requested.connect(self.dataset_requested)
+        self.others = Others(self, self.seeing, self)
+        self.agreeing = Agreeing(self, self)
 
     # Opening and closing
 

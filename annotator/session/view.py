@@ -17,9 +17,10 @@ Pane = Literal["scene", "slice0", "slice1", "slice2"]
 Preset = Literal["+x", "-x", "+y", "-y", "+z", "-z", "home"]
 """Directions of the scene's camera, in the order of their keys."""
 
-Layer = Literal["volume", "planes", "axes", "scale_bar", "names", "links", "ghost", "crosshair"]
+Layer = Literal["volume", "planes", "axes", "scale_bar", "names", "links", "ghost", "crosshair", "others"]
 
-ALL_LAYERS: frozenset[Layer] = frozenset(get_args(Layer))
+FIRST_LAYERS: frozenset[Layer] = frozenset(get_args(Layer)) - {"others"}
+"""Shown at first: not other people's work, of which it is written down that somebody has seen it."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,7 @@ class View:
     cropping_um: tuple[Vector, Vector] | None = None
     detail: bool = False
     maximized: Pane | None = None
-    layers: frozenset[Layer] = field(default=ALL_LAYERS)
+    layers: frozenset[Layer] = field(default=FIRST_LAYERS)
     overlays_hidden: bool = False
 
     @property

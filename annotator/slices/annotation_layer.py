@@ -8,6 +8,15 @@ from annotator.session.solids import Solid
 from annotator.slices.handle_marks import HandleMark, handle_marks, handle_under
 from annotator.slices.handle_painting import paint_handles, paint_hint
 from annotator.slices.marks import Mark, mark_under, marks
+from annotator.slices.others_painting import (
+    OtherMark,
+    OtherOutline,
+    other_marks,
+    other_outlines,
+    paint_differences,
+    paint_other_marks,
+    paint_other_outlines,
+)
 from annotator.slices.outline_painting import paint_outlines
 from annotator.slices.overlays import paint_links, paint_marks
 from annotator.slices.solid_outlines import SolidOutline, solid_outlines
@@ -18,7 +27,10 @@ GRAB_RADIUS_PX = 8.0
 
 
 class AnnotationLayer:
-    """Keypoints, links, bodies and handles on one slice, worked out once for each state that is drawn."""
+    """Keypoints, links, bodies and handles on one slice, one's own over the other annotators'.
+
+    All is worked out once for each state that is drawn; the mouse meets one's own alone.
+    """
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -28,11 +40,12 @@ class AnnotationLayer:
         self._marks: tuple[Mark, ...] | None = None
         self._outlines: tuple[SolidOutline, ...] | None = None
         self._handles: tuple[HandleMark, ...] | None = None
+        self._others: tuple[tuple[OtherMark, ...], tuple[OtherOutline, ...]] | None = None
 
     def show(self, viewport: Viewport | None, index: int) -> None:
         """Show what there is now on a part of the plane with an index."""
         self._viewport, self._index = viewport, index
-        self._solids = self._marks = self._outlines = self._handles = None
+        self._solids = self._marks = self._outlines = self._handles = self._others = None
 
     @property
     def solids(self) -> tuple[Solid, ...]:
@@ -65,6 +78,7 @@ class AnnotationLayer:
         if viewport is None or view.overlays_hidden:
             return
         names = "names" in view.layers
+        self._paint_others(painter, viewport)
         paint_outlines(painter, self._shown_outlines(viewport), names=names, posing=view.mode == "pose")
         if "links" in view.layers and tool is not None:
             paint_links(painter, viewport, self._index, tool, self._session.shown_positions_um())
@@ -76,6 +90,20 @@ class AnnotationLayer:
         paint_handles(painter, self._shown_handles(), pointed_at=name, held=held)
         if pointed is not None:
             paint_hint(painter, viewport.area, pointed)
+
+    def _paint_others(self, painter: QPainter, viewport: Viewport) -> None:
+        others = self._session.others
+        if not others.drawn:
+            return
+        if self._others is None:
+            self._others = (
+                other_marks(others.drawn, viewport, self._index),
+                other_outlines(others.drawn, viewport, self._index),
+            )
+        marks, outlines = self._others
+        paint_other_outlines(painter, outlines)
+        paint_differences(painter, viewport, self._index, others.differences())
+        paint_other_marks(painter, marks)
 
     def _shown_marks(self) -> tuple[Mark, ...]:
         if self._session.view.overlays_hidden or self._viewport is None:

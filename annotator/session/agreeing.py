@@ -1,0 +1,305 @@
+"""The session's agreement: how far apart the annotators of the open study or folder are, and its report."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from annotations.documents.annotation import Annotation
+from annotations.documents.permission import permission
+from annotations.documents.study import Study, study_folder_of
+from annotations.errors import Cancelled, UserError
+from annotator.session.calibrating import annotated_folder
+from annotator.session.jobs import Job
+from annotator.session.saving import SessionSaving
+
+if TYPE_CHECKING:
+    from annotations.agreement.results import Agreement
+
+_NOTHING_OPEN = "Open a study, or a folder of volumes, to compare its annotators"
+_OPEN_STUDY = "This annotation belongs to a study: open the study to compare its annotators"
+_NEVER = "In this study annotators do not see each other's work: its reviewers do"
+_UNFINISHED = (
+    "You see how far apart the annotators are once your own work in this study is done: {} to do by {}"
+)
+HTML_NAME, CSV_NAME, JSON_NAME, PDF_NAME = (
+    "agreement.html",
+    "agreement-csv",
+    "agreement.json",
+    "agreement.pdf",
+)
+"""What a report's files, and the folder of its tables, are called."""
+
+_REVIEWERS_EXPORT = "The report of this study is exported by its reviewers"
+
+
+@dataclass(frozen=True)
+class Formats:
+    """In which forms a report is written."""
+
+    html: bool = True
+    csv: bool = True
+    json: bool = True
+    pdf: bool = True
+
+    @property
+    def any(self) -> bool:
+        """Whether there is anything to be written."""
+        return self.html or self.csv or self.json or self.pdf
+
+
+class Agreeing(QObject):
+    """Compares the annotators in the background; the last result stays until another folder is open.
+
+    Signals
+    -------
+    changed
+        ``result``, ``is_stale``, ``is_computing`` or one of the refusals may have changed.
+    computed
+        A comparison has succeeded.
+    exported : tuple of Path
+        A report is written, all of it.
+    """
+
+    changed = Signal()
+    computed = Signal()
+    exported = Signal(object)
+
+    def __init__(self, session: SessionSaving, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._result: Agreement | None = None
+        self._folder: Path | None = None
+        self._computed_at: datetime | None = None
+        self._is_stale = False
+        self._computing: Job | None = None
+        self._exporting: Job | None = None
+        session.worklist_changed.connect(self._on_session_worklist_changed)
+        session.document_changed.connect(self._on_session_document_changed)
+
+    @property
+    def result(self) -> "Agreement | None":
+        """What was computed last for the folder that is open."""
+        return self._result
+
+    @property
+    def computed_at(self) -> datetime | None:
+        """When that was, in local time."""
+        return self._computed_at
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether an annotation was edited in this window since."""
+        return self._is_stale
+
+    @property
+    def is_computing(self) -> bool:
+        """Whether a comparison is under way."""
+        return self._computing is not None
+
+    @property
+    def is_exporting(self) -> bool:
+        """Whether a report is being written."""
+        return self._exporting is not None
+
+    @property
+    def refusal(self) -> str:
+        """Why the person may not see the comparison, as far as the open list tells; empty where they may."""
+        worklist = self._session.worklist
+        if not worklist.items:
+            return _NOTHING_OPEN
+        if worklist.study is None:
+            is_of_study = study_folder_of(worklist.items[0].annotation_path) is not None
+            # Its rules are known only where the study itself is open.
+            return _OPEN_STUDY if is_of_study else ""
+        if worklist.annotator not in worklist.study.annotators:
+            return "" if worklist.study.is_reviewer(worklist.annotator) else _NEVER
+        to_do = sum(item.status != "done" for item in worklist.items)
+        if to_do:
+            return _UNFINISHED.format(to_do, worklist.method)
+        may_see = worklist.study.viewing.others != "never" or worklist.study.is_reviewer(worklist.annotator)
+        return "" if may_see else _NEVER
+
+    @property
+    def export_refusal(self) -> str:
+        """Why the person may not export the report; empty where they may."""
+        worklist = self._session.worklist
+        if self.refusal or worklist.study is None or worklist.study.is_reviewer(worklist.annotator):
+            return self.refusal
+        return _REVIEWERS_EXPORT
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether volumes are shown by their neutral numbers alone."""
+        return self._session.worklist.is_blind
+
+    def volume_label(self, volume: str) -> str:
+        """Return how a volume of the result is called where it is shown to the person."""
+        index = self.index_of(volume)
+        if index is not None and self.is_blind:
+            return self._session.items[index].label
+        return "(another volume)" if self.is_blind else volume
+
+    def index_of(self, volume: str) -> int | None:
+        """Return where the first pass over a volume of the result stands among the session's items."""
+        for index, item in enumerate(self._session.items):
+            if item.repeat == 0 and volume == (item.volume_id or item.label):
+                return index
+        return None
+
+    def compute(self) -> None:
+        """Compare the annotators, after what is open has been saved; ``computed`` follows."""
+        if self.refusal:
+            self._session.post_message(self.refusal)
+            return
+        if self._session.unsaved and not self._session.save():
+            return
+        worklist, folder = self._session.worklist, annotated_folder(self._session.worklist)
+        study, person = worklist.study, worklist.annotator
+        self.cancel()
+        self._is_stale = False
+        self._computing = self._session.jobs.start(
+            "Comparing the annotators",
+            lambda progress, cancelled: _compared(folder, study, person, progress, cancelled),
+            done=lambda result: self._take(result, folder),
+            failed=self._on_job_failed,
+            cancelled=self._on_job_cancelled,
+        )
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        """Give up what is being compared."""
+        if self._computing is not None:
+            self._session.jobs.cancel(self._computing)
+
+    def export(self, folder: Path, formats: Formats) -> None:
+        """Write the report of the result into a folder, all of it or nothing; ``exported`` follows."""
+        result, source = self._result, self._folder
+        if result is None or source is None or self._exporting is not None:
+            return
+        if self.export_refusal:
+            self._session.post_message(self.export_refusal)
+            return
+        self._exporting = self._session.jobs.start(
+            "Writing the report",
+            lambda progress, cancelled: _written(result, source, folder, formats, progress, cancelled),
+            done=self._on_job_exported,
+            failed=self._on_job_export_failed,
+            cancelled=self._on_job_export_cancelled,
+        )
+        self.changed.emit()
+
+    def _take(self, result: "Agreement", folder: Path) -> None:
+        self._computing = None
+        if folder != annotated_folder(self._session.worklist):
+            self.changed.emit()
+            return
+        self._result, self._folder = result, folder
+        self._computed_at = datetime.now().astimezone()
+        self.changed.emit()
+        self.computed.emit()
+
+    def _forget(self) -> None:
+        self._result = self._folder = self._computed_at = None
+        self._is_stale = False
+
+    def _fail(self, error: Exception) -> None:
+        self.changed.emit()
+        if isinstance(error, UserError):
+            self._session.report(error)
+        else:
+            raise error
+
+    def _on_job_failed(self, error: Exception) -> None:
+        self._computing = None
+        self._fail(error)
+
+    def _on_job_cancelled(self) -> None:
+        if self._computing is not None and self._computing.state == "cancelled":
+            self._computing = None
+            self.changed.emit()
+
+    def _on_job_exported(self, paths: tuple[Path, ...]) -> None:
+        self._exporting = None
+        self._session.post_message(f"The report is written: {', '.join(str(path) for path in paths)}")
+        self.changed.emit()
+        self.exported.emit(paths)
+
+    def _on_job_export_failed(self, error: Exception) -> None:
+        self._exporting = None
+        self._fail(error)
+
+    def _on_job_export_cancelled(self) -> None:
+        self._exporting = None
+        self._session.post_message("No report is written")
+        self.changed.emit()
+
+    def _on_session_worklist_changed(self) -> None:
+        if self._folder is not None and (
+            self._folder != annotated_folder(self._session.worklist) or self.refusal
+        ):
+            self._forget()
+        self.changed.emit()
+
+    def _on_session_document_changed(self, before: Annotation | None, after: Annotation | None) -> None:
+        # Another volume's document is no edit.
+        if before is None or after is None or self._is_stale or _what(before) != _what(after):
+            return
+        if before != after:
+            self._is_stale = True
+            self.changed.emit()
+
+
+def _what(document: Annotation) -> tuple[object, ...]:
+    return (document.volume, document.annotator, document.method, document.repeat)
+
+
+def _compared(
+    folder: Path,
+    study: Study | None,
+    person: str,
+    progress: Callable[[float], None],
+    cancelled: Callable[[], bool],
+) -> "Agreement":
+    from annotations.agreement.comparison import agreement_of  # late: few sessions compare
+
+    if study is not None:
+        _check_permission(study, folder, person, cancelled)
+    return agreement_of(folder, progress=progress, cancelled=cancelled)
+
+
+def _check_permission(study: Study, folder: Path, person: str, cancelled: Callable[[], bool]) -> None:
+    """Look at every volume and method of the person: the open list tells of one method alone."""
+    for volume in study.volumes:
+        if cancelled():
+            raise Cancelled
+        if not permission(study, folder, person, volume.id).may_see:
+            raise UserError(
+                "the comparison shows what the others found in volumes that are not done by you",
+                remedy="Finish your own work in this study first, by each of your methods",
+            )
+
+
+def _written(
+    result: "Agreement",
+    source: Path,
+    folder: Path,
+    formats: Formats,
+    progress: Callable[[float], None],
+    cancelled: Callable[[], bool],
+) -> tuple[Path, ...]:
+    from annotations.agreement.report.export import export  # late: few sessions export
+
+    return export(
+        result,
+        source,
+        html=folder / HTML_NAME if formats.html else None,
+        csv=folder / CSV_NAME if formats.csv else None,
+        json=folder / JSON_NAME if formats.json else None,
+        pdf=folder / PDF_NAME if formats.pdf else None,
+        progress=progress,
+        cancelled=cancelled,
+    )
