@@ -6,9 +6,10 @@ For one volume and one target, with the values a_1 … a_n of its n annotators:
 - *leave-one-out*: the mean over i of the distance between a_i and the mean of the other n − 1;
 - *pairwise*: the mean over all pairs of the distance between the two.
 
-For n equal annotators with isotropic noise, published is √((n−1)/n), leave-one-out √(n/(n−1)) and pairwise √2
-of the mean distance from the truth. The mean of directions is the direction of their sum. It is undefined where
-they cancel, as two opposite ones do; a volume where a mean that is needed is undefined has no such statistic.
+For n equal annotators with isotropic noise, published is √((n−1)/n), leave-one-out √(n/(n−1)) and pairwise
+√2 of the mean distance from the truth. The mean of directions is the direction of their sum. It is undefined
+where they cancel, as two opposite ones do; a volume where a mean that is needed is undefined has no such
+statistic.
 """
 
 from collections.abc import Iterator
@@ -60,7 +61,7 @@ def distances_from_mean(measured: Measured) -> Array:
 
 
 def distances_from_others(measured: Measured) -> Array:
-    """Return how far each annotator is from the mean of the others, (V, A); NaN where one of them is missing."""
+    """Return how far each annotator is from the mean of the others, (V, A); NaN where either is missing."""
     return distances(measured.values, means_of_others(measured), measured.metric)
 
 
@@ -81,16 +82,17 @@ def means_of_others(measured: Measured) -> Array:
 
 
 def distances(first: Array, second: Array, metric: Metric) -> Array:
-    """Return how far values are apart: shapes (…, d), which broadcast, to (…); in degrees for an ``angle``."""
+    """Return how far values of shapes (…, d) are apart, (…); in degrees for an ``angle``."""
     if metric == "angle":
         return angles_deg(first, second)
     if metric == "distance":
         return lengths(first - second)
-    return np.abs(first - second)[..., 0]
+    difference: Array = np.abs(first - second)
+    return difference[..., 0]
 
 
 def _summed(measured: Measured) -> tuple[NDArray[np.bool_], Array]:
-    is_there = ~np.isnan(measured.values).any(axis=-1)
+    is_there = np.isfinite(measured.values[..., 0])
     return is_there, np.where(is_there[..., np.newaxis], measured.values, 0.0).sum(axis=1)
 
 
@@ -98,7 +100,7 @@ def _mean(total: Array, count: NDArray[np.intp], metric: Metric) -> Array:
     known = count[..., np.newaxis] > 0
     if metric == "angle":
         return unit_vectors(np.where(known & (lengths(total) > _CANCELLED)[..., np.newaxis], total, np.nan))
-    return np.where(known, total, np.nan) / np.maximum(count, 1)[..., np.newaxis]
+    return _per(total, known, count[..., np.newaxis])
 
 
 def _mean_if_complete(apart: Array, measured: Measured) -> Array:
@@ -106,7 +108,12 @@ def _mean_if_complete(apart: Array, measured: Measured) -> Array:
     is_there, _ = _summed(measured)
     count = is_there.sum(axis=1)
     total = np.where(is_there, apart, 0.0).sum(axis=1)
-    return np.where(count > 1, total, np.nan) / np.maximum(count, 1)
+    return _per(total, count > 1, count)
+
+
+def _per(total: Array, known: NDArray[np.bool_], count: NDArray[np.intp]) -> Array:
+    share: Array = np.where(known, total, np.nan) / np.maximum(count, 1)
+    return share
 
 
 def pairs(measured: Measured) -> Iterator[tuple[int, int, Array]]:
@@ -123,4 +130,4 @@ def _pairwise(measured: Measured) -> Array:
         known = ~np.isnan(apart)
         total += np.where(known, apart, 0.0)
         count += known
-    return np.where(count > 0, total, np.nan) / np.maximum(count, 1)
+    return _per(total, count > 0, count)

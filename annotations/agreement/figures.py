@@ -48,14 +48,15 @@ def figures(
 def measured_keypoint(compared: Compared, tool: ToolSpecification, name: str) -> Mapping[str, Measured]:
     """Return the positions of one keypoint, and their parts along and across the axis of its link.
 
-    A volume's axis is that from the mean of the link's base over those who have it to the mean of its tip. All
-    annotators share it, so that what is along and what is across it make up the whole distance between any two.
+    A volume's axis is that from the mean of the link's base, over those who have it, to the mean of its tip.
+    All annotators share it, so that for any two of them the squares of what is along and of what is across it
+    add up to the square of their distance.
 
     Returns
     -------
     mapping of str to Measured
-        ``distance_um``, and for a keypoint that ends a link ``along_um`` and ``across_um``, which a volume has
-        where somebody has either end of the link.
+        ``distance_um``, and for a keypoint that ends a link ``along_um`` and ``across_um``, which a volume
+        has where somebody has the link's other end.
     """
     positions_um = _positions_um(compared, tool, name)
     found = {"distance_um": Measured("distance_um", "distance", positions_um)}

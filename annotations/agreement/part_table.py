@@ -1,0 +1,114 @@
+"""What the documents of one method and one tool say of their parts, a row a document, in arrays."""
+
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from annotations.agreement.standing import STANDINGS, is_doubtful, standing
+from annotations.documents.annotation import Annotation, BoxAnnotation, KeypointAnnotation, Part
+from annotations.documents.record import Method
+from annotations.geometry.boxes import box_ends_um
+from annotations.geometry.tool import ToolSpecification
+
+Array = NDArray[np.float64]
+N = TypeVar("N", bound=np.generic)
+
+_COUNTED = STANDINGS.index("counted")
+_NO_POSITION = STANDINGS.index("no_position")
+# Centre, length and rotation of a box; position of a keypoint.
+_NUMBERS = {"boxes": 8, "keypoints": 3}
+
+
+@dataclass(frozen=True)
+class KeypointRows:
+    """The keypoints of N documents, K of each, in the tool's order; see `Compared` for what is in the arrays.
+
+    Attributes
+    ----------
+    positions_um : (N, K, 3) array of float64
+    standing : (N, K) array of uint8
+    doubtful : (N, K) array of bool
+    rotations_wxyz : (N, L, 4) array of float64 or None
+    """
+
+    positions_um: Array
+    standing: NDArray[np.uint8]
+    doubtful: NDArray[np.bool_]
+    rotations_wxyz: Array | None
+
+
+class PartTable:
+    """Grows by a row a document, so that no document need be kept.
+
+    Parameters
+    ----------
+    method : str
+    tool : ToolSpecification
+        Of all its documents.
+    """
+
+    def __init__(self, method: Method, tool: ToolSpecification) -> None:
+        self._method = method
+        self._tool = tool
+        self._names = (
+            tool.keypoint_names if method == "keypoints" else tuple(link.name for link in tool.links)
+        )
+        self._numbers = array("d")
+        self._standing = array("B")
+        self._doubtful = array("B")
+        self._length = 0
+
+    def add(self, document: Annotation) -> int:
+        """Append a document that has no parts but the tool's, and return its row."""
+        parts: dict[str, Part] = {part.name: part for part in document.parts}
+        for name in self._names:
+            part = parts.get(name)
+            self._standing.append(_NO_POSITION if part is None else STANDINGS.index(standing(part)))
+            self._doubtful.append(part is not None and is_doubtful(part))
+            self._numbers.extend(self._numbers_of(part))
+        self._length += 1
+        return self._length - 1
+
+    def _numbers_of(self, part: Part | None) -> Sequence[float]:
+        if isinstance(part, BoxAnnotation) and part.box is not None:
+            return (*part.box.center_um, part.box.size_um[0], *part.box.rotation_wxyz)
+        if isinstance(part, KeypointAnnotation) and part.position_um is not None:
+            return part.position_um
+        return (np.nan,) * _NUMBERS[self._method]
+
+    def standings(self, rows: Sequence[int]) -> NDArray[np.uint8]:
+        """Return how the parts of some documents stand, (N, parts), as indices into `STANDINGS`."""
+        return self._by_row(np.frombuffer(self._standing, np.uint8))[rows]
+
+    def keypoints(self, rows: Sequence[int]) -> KeypointRows:
+        """Return the keypoints of some documents; those of boxes are the centres of their x faces.
+
+        Of two boxes that end at one keypoint, it is that of the first link, as in `box_keypoints_um`; it
+        stands as its box does.
+        """
+        numbers = self._by_row(np.frombuffer(self._numbers, np.float64), _NUMBERS[self._method])[rows]
+        part_standing = self.standings(rows)
+        part_doubtful = self._by_row(np.frombuffer(self._doubtful, np.uint8).astype(np.bool_))[rows]
+        numbers[part_standing != _COUNTED] = np.nan
+        if self._method == "keypoints":
+            return KeypointRows(numbers, part_standing, part_doubtful, None)
+        base_um, tip_um = box_ends_um(numbers[..., :3], numbers[..., 3], numbers[..., 4:])
+        names = self._tool.keypoint_names
+        positions_um = np.full((len(rows), len(names), 3), np.nan)
+        keypoint_standing = np.full((len(rows), len(names)), _NO_POSITION, dtype=np.uint8)
+        keypoint_doubtful = np.zeros((len(rows), len(names)), dtype=np.bool_)
+        for index, link in reversed(list(enumerate(self._tool.links))):
+            is_placed = part_standing[:, index] != _NO_POSITION
+            for name, ends_um in ((link.base, base_um), (link.tip, tip_um)):
+                keypoint = names.index(name)
+                positions_um[is_placed, keypoint] = ends_um[is_placed, index]
+                keypoint_standing[is_placed, keypoint] = part_standing[is_placed, index]
+                keypoint_doubtful[is_placed, keypoint] = part_doubtful[is_placed, index]
+        return KeypointRows(positions_um, keypoint_standing, keypoint_doubtful, numbers[..., 4:])
+
+    def _by_row(self, flat: NDArray[N], *of_each: int) -> NDArray[N]:
+        return flat.reshape(self._length, len(self._names), *of_each)
