@@ -6,7 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from annotations.agreement.measured import Measured
+from annotations.agreement.deviation import mean_of_all, means_of_others
+from annotations.agreement.measured import Measured, Metric
 
 Array = NDArray[np.float64]
 Frame = Literal["volume", "common"]
@@ -14,7 +15,7 @@ Frame = Literal["volume", "common"]
 _VERTICAL = 1e-9
 
 
-def component_names(target: str, metric: str) -> tuple[str, ...]:
+def component_names(target: str, metric: Metric) -> tuple[str, ...]:
     """Return what the components of a target are called, with their unit."""
     stem, _, unit = target.rpartition("_")
     match metric:
@@ -48,46 +49,34 @@ def component_values(measured: Iterable[Measured], *, frame: Frame = "volume") -
     Returns
     -------
     mapping of str to (V, A) array of float64
-        By component, in the targets' order; NaN where an annotator has none.
+        By component, in the targets' order; NaN where an annotator has none, or directions have no mean.
     """
     found: dict[str, Array] = {}
     for target in measured:
         values = target.values
         if target.metric == "angle":
-            values = _tangent_deg(values, frame)
+            values = _tangent_deg(target, frame)
         names = component_names(target.name, target.metric)
         found.update({name: values[..., axis] for axis, name in enumerate(names)})
     return found
 
 
-def mean_of_known(values: Array, axis: int) -> Array:
-    """Return the mean along an axis of what is not NaN; NaN where nothing is."""
-    known = ~np.isnan(values)
-    numbers = known.sum(axis=axis)
-    totals: Array = np.where(known, values, 0.0).sum(axis=axis)
-    return np.where(numbers > 0, totals / np.maximum(numbers, 1), np.nan)
-
-
 def difference_from_others(values: Array) -> Array:
-    """Return each annotator's value less the mean of the others'; NaN where there is none of either.
+    """Return each annotator's value of a component less the mean of the others', (V, A).
 
-    Parameters
-    ----------
-    values : (V, A) array of float64
+    NaN where an annotator has none, or nobody else has.
     """
-    known = ~np.isnan(values)
-    others = known.sum(axis=1, keepdims=True) - known
-    # About the volume's mean first, so that large coordinates do not cancel.
-    centred = values - mean_of_known(values, 1)[:, np.newaxis]
-    rest = np.nansum(centred, axis=1, keepdims=True) - centred
-    return np.where(known & (others > 0), centred - rest / np.maximum(others, 1), np.nan)
+    component = Measured("component", "difference", values[..., np.newaxis])
+    return values - means_of_others(component)[..., 0]
 
 
-def _tangent_deg(directions: Array, frame: Frame) -> Array:
-    """Return directions of shape (V, A, 3) as angles of shape (V, A, 2) in degrees."""
-    means = _unit(mean_of_known(directions, 1))
+def _tangent_deg(measured: Measured, frame: Frame) -> Array:
+    """Return directions as angles of shape (V, A, 2) in degrees."""
+    directions = measured.values
+    means = mean_of_all(measured)
     if frame == "common":
-        means = np.broadcast_to(_unit(mean_of_known(means, 0)), means.shape)
+        of_volumes = Measured(measured.name, "angle", means[np.newaxis])
+        means = np.broadcast_to(mean_of_all(of_volumes), means.shape)
     first, second = _across(means)
     along = np.einsum("vad,vd->va", directions, means)
     parts = np.stack([np.einsum("vad,vd->va", directions, axis) for axis in (first, second)], axis=-1)
@@ -109,8 +98,3 @@ def _across(directions: Array) -> tuple[Array, Array]:
     first = np.stack([-directions[:, 1] / scale, directions[:, 0] / scale, np.zeros(len(directions))], axis=1)
     first[steep] = (0.0, 1.0, 0.0)
     return first, np.cross(directions, first)
-
-
-def _unit(vectors: Array) -> Array:
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(lengths > 0, lengths, np.nan)

@@ -61,12 +61,19 @@ def test_in_the_common_frame_volumes_differ_as_their_directions_do() -> None:
     np.testing.assert_allclose(own, [[0, 0], [-0.5, 0.5], [0.5, -0.5]], atol=1e-9)
 
 
-def test_opposite_and_absent_directions_are_no_obstacle() -> None:
+def test_absent_directions_are_no_obstacle_and_opposite_ones_have_no_mean() -> None:
     values = np.array([[[1.0, 0, 0], [-1, 0, 0]], [[np.nan] * 3, [0, 1, 0]], [[np.nan] * 3, [np.nan] * 3]])
-    found = component_values([Measured("orientation_deg", "angle", values)])
-    np.testing.assert_array_equal(found["orientation_1_deg"], [[np.nan, np.nan], [np.nan, 0], [np.nan] * 2])
-    common = component_values([Measured("orientation_deg", "angle", values[:, ::-1])], frame="common")
-    np.testing.assert_allclose(common["orientation_1_deg"], [[90, -90], [0, np.nan], [np.nan] * 2], atol=1e-9)
+    measured = Measured("orientation_deg", "angle", values)
+    found = component_values([measured])["orientation_1_deg"]
+    np.testing.assert_array_equal(found, [[np.nan, np.nan], [np.nan, 0], [np.nan, np.nan]])
+    common = component_values([measured], frame="common")["orientation_1_deg"]
+    np.testing.assert_allclose(common, [[-90, 90], [np.nan, 0], [np.nan, np.nan]], atol=1e-9)
+
+
+def test_of_the_direction_opposite_to_the_mean_the_angle_is_kept() -> None:
+    values = np.array([[[1.0, 0, 0]], [[1, 0, 0]], [[-1, 0, 0]]])
+    found = component_values([Measured("orientation_deg", "angle", values)], frame="common")
+    np.testing.assert_allclose(np.hypot(*found.values()), [[0], [0], [180]])
 
 
 def test_difference_is_from_the_mean_of_the_others() -> None:

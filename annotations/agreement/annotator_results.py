@@ -1,0 +1,129 @@
+"""Each annotator beside the others: how far off, in which direction, where most, and how quickly."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from annotations.agreement.compared import Compared
+from annotations.agreement.components import difference_from_others
+from annotations.agreement.deviation import distances_from_others
+from annotations.agreement.intervals import RESAMPLES, estimate
+from annotations.agreement.measured import Measured
+from annotations.agreement.results import AnnotatorResult, Outlier
+
+Array = NDArray[np.float64]
+
+_OUTLYING_SIGMAS = 5.0
+"""Beyond the median, in standard deviations told from the median absolute deviation. Distances are skewed: of
+normal errors alone, five are exceeded by one in 3,000 angles and by one in 20,000 positions."""
+_SIGMAS_PER_DEVIATION = 1.4826
+
+
+def annotator_results(
+    compared: Compared,
+    measured: Mapping[str, Measured],
+    components: Mapping[str, Array],
+    *,
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> tuple[AnnotatorResult, ...]:
+    """Return what can be said of each annotator, in their order.
+
+    Distances and biases are from the mean of the others, over the volumes that somebody else did, too.
+
+    Parameters
+    ----------
+    compared : Compared
+    measured : mapping of str to Measured
+        The targets of ``compared``.
+    components : mapping of str to (V, A) array of float64
+        See `annotations.agreement.components.component_values`, in the frame of each volume.
+    resamples, seed : int
+        Of the bootstrap over volumes.
+    """
+    apart = {name: distances_from_others(target) for name, target in measured.items()}
+    off = {name: difference_from_others(values) for name, values in components.items()}
+    outliers = outliers_of(compared, measured, apart)
+    return tuple(
+        AnnotatorResult(
+            annotator=annotator,
+            documents=int(compared.has_document[:, who].sum()),
+            done=int((compared.has_document & compared.is_done)[:, who].sum()),
+            deviation={
+                name: estimate(values[:, who], resamples=resamples, seed=seed)
+                for name, values in apart.items()
+            },
+            bias={
+                name: estimate(values[:, who], resamples=resamples, seed=seed) for name, values in off.items()
+            },
+            outliers=outliers[who],
+            active_seconds=estimate(compared.active_seconds[:, who], resamples=resamples, seed=seed),
+        )
+        for who, annotator in enumerate(compared.annotators)
+    )
+
+
+def outliers_of(
+    compared: Compared, measured: Mapping[str, Measured], apart: Mapping[str, Array]
+) -> Sequence[tuple[Outlier, ...]]:
+    """Return for each annotator the volumes that they have much further from the others than is usual.
+
+    The limit of a target is the median of all distances plus five standard deviations, told from the median
+    absolute deviation from that median (B. Iglewicz, D. C. Hoaglin, *How to Detect and Handle Outliers*,
+    1993, whose limit for symmetric data is 3.5). One who is far off draws the mean away from the others, too:
+    of several beyond the limit the worst is taken out of the volume, and only who is beyond it without that
+    one is an outlier besides. Of two alone, both are: nobody can tell who is wrong.
+
+    Parameters
+    ----------
+    apart : mapping of str to (V, A) array of float64
+        Distances from the mean of the others, by target.
+
+    Returns
+    -------
+    sequence of tuple of Outlier
+        The worst first, as multiples of the limit.
+    """
+    found: list[list[Outlier]] = [[] for _ in compared.annotators]
+    for name, target in measured.items():
+        limit = _limit(apart[name])
+        if limit is None:
+            continue
+        for volume, who, value in _beyond(target, apart[name], limit):
+            found[who].append(Outlier(volume=compared.volumes[volume], target=name, value=value, limit=limit))
+    return [tuple(sorted(each, key=lambda outlier: -outlier.value / outlier.limit)) for each in found]
+
+
+def _limit(apart: Array) -> float | None:
+    """Return the distance beyond which one is an outlier; None where there is none, or all are the same."""
+    known = apart[np.isfinite(apart)]
+    if not known.size:
+        return None
+    middle = float(np.median(known))
+    sigma = _SIGMAS_PER_DEVIATION * float(np.median(np.abs(known - middle)))
+    return middle + _OUTLYING_SIGMAS * sigma if sigma > 0 else None
+
+
+def _beyond(measured: Measured, apart: Array, limit: float) -> list[tuple[int, int, float]]:
+    """Return volume, annotator and distance of each who is beyond the limit by themselves."""
+    found = []
+    volumes = np.flatnonzero((np.where(np.isnan(apart), 0.0, apart) > limit).any(axis=1))
+    rest = replace(measured, values=measured.values[volumes])
+    left = apart[volumes]
+    while volumes.size:
+        distances = np.where(np.isnan(left), 0.0, left)
+        worst = distances.argmax(axis=1)
+        rows = np.arange(volumes.size)
+        is_beyond = distances[rows, worst] > limit
+        alone = (distances > 0).sum(axis=1) == 2
+        for row in np.flatnonzero(is_beyond):
+            both = np.flatnonzero(distances[row] > limit) if alone[row] else worst[row : row + 1]
+            found += [(int(volumes[row]), int(who), float(distances[row, who])) for who in both]
+        stay = is_beyond & ~alone
+        values = rest.values[stay].copy()
+        values[np.arange(len(values)), worst[stay]] = np.nan
+        volumes, rest = volumes[stay], replace(measured, values=values)
+        left = distances_from_others(rest)
+    return found
