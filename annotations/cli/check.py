@@ -3,18 +3,17 @@
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
-from annotations.cli.documents import load_with_tool
 from annotations.cli.output import complain, show_progress, write_json, write_text
 from annotations.cli.tool_folders import tool_folders
-from annotations.documents.annotation import Annotation
 from annotations.documents.checks import Finding, check_file
-from annotations.documents.files import completed, tool_of
+from annotations.documents.files import load_annotation
 from annotations.documents.study import STUDY_FILE, annotation_files
 from annotations.documents.study_checks import by_path, check_study, is_wrong
 from annotations.errors import UserError
-from annotations.fitting.mistakes import likely_mistakes
+from annotations.fitting.implausible import implausible
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -45,22 +44,15 @@ def _check_study(folder: Path, as_json: bool) -> int:
     """Check a study; what is about the study comes first, and is there even where nothing was found."""
     folders = tool_folders(folder / STUDY_FILE)
 
-    def judge(document: Annotation) -> Iterator[Finding]:
-        try:
-            tool = tool_of(document, folders)
-            mistakes = likely_mistakes(completed(document, tool), tool)
-        except UserError:
-            # That is among the other findings, as what it is.
-            return
-        for mistake in mistakes:
-            yield Finding("plausibility", mistake.text)
-
-    found = by_path(check_study(folder, folders, judge=judge, progress=show_progress))
+    findings = check_study(
+        folder, folders, judge=partial(implausible, tool_folders=folders), progress=show_progress
+    )
+    found = by_path(findings)
     study_path = folder / STUDY_FILE
     code = _write(study_path, found.get(study_path, ()), as_json)
-    for path, findings in found.items():
+    for path, about_it in found.items():
         if path != study_path:
-            code |= _write(path or folder, findings, as_json)
+            code |= _write(path or folder, about_it, as_json)
     return code
 
 
@@ -88,9 +80,8 @@ def _write(path: Path, findings: Sequence[Finding], as_json: bool) -> int:
 def _likely_mistakes(path: Path) -> Iterator[Finding]:
     """Say what the tool's geometry shows to be wrong in a file; nothing of one that cannot be read."""
     try:
-        document, tool = load_with_tool(path)
+        document, _ = load_annotation(path)
     except UserError:
         # That is among the other findings, as what it is.
         return
-    for mistake in likely_mistakes(document, tool):
-        yield Finding("plausibility", mistake.text)
+    yield from implausible(document, tool_folders(path))

@@ -3,6 +3,7 @@
 import re
 import tomllib
 import unicodedata
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -145,8 +146,9 @@ class Study(Record):
         ):
             # Files and folders are named after them, and on many systems Anna and anna are one folder.
             folded = [unicodedata.normalize("NFC", name).casefold() for name in names]
+            often = Counter(folded)
             for name, each in zip(names, folded, strict=True):
-                if folded.count(each) > 1:
+                if often[each] > 1:
                     raise ValueError(f"{kind} {name!r} stands more than once (capitals do not count)")
         if CONSENSUS in self.annotators:
             raise ValueError(f"no annotator can be called {CONSENSUS!r}: the study's consensus is kept there")
