@@ -25,7 +25,6 @@ from annotations.documents.json_text import JsonProblem, parse_strictly
 from annotations.documents.record import Moment, Record, changed, now
 from annotations.documents.write_guard import writing_beside
 from annotations.durable_files import SaveError, replace_durably, sync_folder
-from annotations.errors import UserError
 
 RENEWAL_S = 30.0
 """How often an open document's lock is renewed."""
@@ -80,7 +79,7 @@ class LockHolder:
         return f"{self.person} {where}, since {self.since.astimezone():%Y-%m-%d %H:%M}"
 
 
-class DocumentLocked(UserError):  # noqa: N818 - named for what happened
+class DocumentLocked(SaveError):  # noqa: N818 - named for what happened
     """Somebody has the document open.
 
     Attributes

@@ -32,6 +32,8 @@ class DocumentFile:
         What the file says of the work on the document so far.
     owes_stamps : bool
         Whether the file itself does not say all of that yet.
+    is_read_only : bool
+        Whether no journal is begun: the document is only looked at, until it is saved as another one.
     clock : callable
         Seconds that never run backwards.
 
@@ -49,12 +51,14 @@ class DocumentFile:
         recovery_folder: Path,
         stamps: Stamps = NO_STAMPS,
         owes_stamps: bool = False,
+        is_read_only: bool = False,
         clock: Callable[[], float] = monotonic,
     ) -> None:
         self.path = path
         self._volume_path = volume_path
         self._expected = expected
-        self._journal = RecoveryJournal(recovery_folder, path, expected)
+        self._recovery_folder = recovery_folder
+        self._journal = None if is_read_only else RecoveryJournal(recovery_folder, path, expected)
         self._clock = clock
         self._stamps = stamps
         self.owes_stamps = owes_stamps
@@ -86,11 +90,13 @@ class DocumentFile:
 
     def record(self, document: Annotation) -> None:
         """Write a document into the journal at once; SaveError if that fails."""
-        self._journal.record(self._located(document, self.path))
+        if self._journal is not None:
+            self._journal.record(self._located(document, self.path))
 
     def sync(self) -> None:
         """Bring the journal to the disk itself; SaveError if that fails."""
-        self._journal.sync()
+        if self._journal is not None:
+            self._journal.sync()
 
     def save(self, document: Annotation, *, overwrite: bool, path: Path | None = None) -> None:
         """Write the file, or another one that the document then belongs to, and forget the journal's edits.
@@ -115,10 +121,15 @@ class DocumentFile:
         )
         self.path = target
         self.owes_stamps = False
-        self._journal.restart(target, self._expected)
+        if self._journal is not None:
+            self._journal.restart(target, self._expected)
+        else:
+            self._journal = RecoveryJournal(self._recovery_folder, target, self._expected)
 
     def close(self, *, nothing_left: bool) -> None:
         """End with this document; the journal stays for the next start unless nothing is left to recover."""
+        if self._journal is None:
+            return
         if nothing_left:
             self._journal.remove()
         else:

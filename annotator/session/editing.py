@@ -66,12 +66,14 @@ class SessionEditing(SessionBody):
     def undo(self) -> None:
         """Take the last edit back; what is being typed is the last one."""
         self.settle_typing()
-        self.undo_stack.undo()
+        if not self._is_refused():
+            self.undo_stack.undo()
 
     def redo(self) -> None:
         """Make the edit again that was taken back last, unless something else has been typed since."""
         self.settle_typing()
-        self.undo_stack.redo()
+        if not self._is_refused():
+            self.undo_stack.redo()
 
     def auto_window(self) -> None:
         """Use the window that suits what the volume holds."""

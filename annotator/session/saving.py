@@ -126,7 +126,7 @@ class SessionSaving(SessionCalibrating):
         self.overwrite_requested.emit(self.neutral(str(error)))
 
     def _on_autosave_save_requested(self) -> None:
-        if not self.unsaved:
+        if not self.unsaved or self._read_only_reason:
             return
         try:
             # Without what is being typed: a person may pause in the middle of a number.

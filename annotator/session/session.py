@@ -20,11 +20,11 @@ from annotator.session.agreeing import Agreeing
 from annotator.session.deriving import write_derived
 from annotator.session.document_file import DocumentFile
 from annotator.session.jobs import Job, Result
+from annotator.session.locking import SessionLocking
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
 from annotator.session.others import Others
-from annotator.session.saving import SessionSaving
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.study_paths import LookNeeded, neutral_label, read_path
 from annotator.session.view import View
@@ -41,7 +41,7 @@ _NOTHING_ON_ITS_WAY: dict[str, Any] = {
 }
 
 
-class Session(SessionSaving):
+class Session(SessionLocking):
     """Everything that is open in one window, and the only way to change it; signals: see `SessionState`."""
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
@@ -184,7 +184,7 @@ class Session(SessionSaving):
 
     def close_volume(self) -> bool:
         """Save and close what is open; False if it could not be saved, and then it stays open."""
-        if not self._is_saved():
+        if self._is_refused() or not self._is_saved():
             return False
         self.abandon()
         return True
@@ -224,6 +224,7 @@ class Session(SessionSaving):
         present, path = self._worklist, recovery.annotation_path
         self._look_at(
             lambda: worklist_with(recovery.document, path, present),
+        self._locks.close()
             lambda place: self._open(*place, recovery=recovery),
         )
 
@@ -334,10 +335,12 @@ class Session(SessionSaving):
         self.levels_changed.emit()
         self.document_changed.emit(before_document, self._document)
         self.view_changed.emit(before_view, self._view)
+            self._unlock()
         self.save_state_changed.emit()
         self._bring_tool()
 
     def _first_view(self, opened: Opened) -> View:
+            self._lock(opened)
         parts = opened.document.parts
         unplaced = (part.name for part in parts if part.state == "unplaced")
         shape = opened.found.volume.shape
@@ -346,6 +349,7 @@ class Session(SessionSaving):
         )
         return replace(
             self._view,
+                is_read_only=bool(self._read_only_reason),
             crosshair_um=middle_um,
             active_part=next(unplaced, parts[0].name if parts else None),
             # A tool that cannot be posed leaves pose mode, in which the last volume may have been.
@@ -427,7 +431,10 @@ class Session(SessionSaving):
         return file_identity(item.annotation_path) == opened.found.identity
 
     def _go_on_from(self, recovery: Recovery) -> None:
-        self._edit("Recover unsaved edits", lambda _document: recovery.document)
+        if not self._edit("Recover unsaved edits", lambda _document: recovery.document):
+            # It cannot be changed here now; the old journal is offered again.
+            return
+        self._tell_of_lock()
         try:
             if self._file is not None:
                 self._file.record(recovery.document)

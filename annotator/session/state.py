@@ -57,7 +57,7 @@ class SessionState(QObject):
     view_changed : View, View
         Before and after.
     save_state_changed
-        ``unsaved`` or ``annotation_path`` changed.
+        ``unsaved``, ``annotation_path`` or ``read_only_reason`` changed.
     message_posted : str
         For the status bar.
     error_raised : UserError
@@ -73,6 +73,8 @@ class SessionState(QObject):
     look_requested : Path, str
         The path asked for is another person's annotation, and this is why it is not for the annotator's eyes
         yet: answer with ``open_path(path, looks_anyway=True)`` or not at all.
+    takeover_requested : LockHolder
+        The document is read-only because of a computer that says nothing: answer with `take_over` or not.
     overwrite_requested : str
         Another program changed the file: answer with ``save(overwrite=True)``, `reload` or `save_as`.
     """
@@ -91,6 +93,7 @@ class SessionState(QObject):
     roll_requested = Signal(object)
     calibrated = Signal(object)
     look_requested = Signal(object, str)
+    takeover_requested = Signal(object)
     overwrite_requested = Signal(str)
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
@@ -107,6 +110,7 @@ class SessionState(QObject):
         self._shown_positions_um: Remembered[Mapping[str, Vector]] = Remembered()
         self._words: Remembered[NeutralWords] = Remembered()
         self._file: DocumentFile | None = None
+        self._read_only_reason = ""
         self.jobs = Jobs(self)
         self.undo_stack = QUndoStack(self)
         self.undo_stack.cleanChanged.connect(self._on_undo_stack_clean_changed)
@@ -230,6 +234,11 @@ class SessionState(QObject):
         return self._file.stamps.viewings if self._file else ()
 
     @property
+    def read_only_reason(self) -> str:
+        """Why the open document cannot be changed here, as a sentence without its full stop; else empty."""
+        return self._read_only_reason
+
+    @property
     def active_seconds(self) -> float:
         """Time spent at work on the open document, in seconds."""
         return self._file.stamps.active_seconds if self._file else 0.0
@@ -276,7 +285,7 @@ class SessionState(QObject):
 
     def look(self, **changes: object) -> None:
         """Change how the volume is looked at; the names are those of `View`, TypeError for others."""
-        wanted = replace(self._view, **changes)  # type: ignore[arg-type]
+        wanted = self._without_edits(replace(self._view, **changes))  # type: ignore[arg-type]
         if self.volume is not None and self.spacing_um is not None:
             crosshair_um = placing.clipped_crosshair(wanted.crosshair_um, self.volume.shape, self.spacing_um)
             wanted = replace(wanted, crosshair_um=crosshair_um)
@@ -296,7 +305,7 @@ class SessionState(QObject):
 
     def _edit(self, text: str, edit: Callable[[Annotation], Annotation]) -> bool:
         """Make one pure edit and push it; False if it was refused."""
-        if self._document is None:
+        if self._document is None or self._is_refused():
             return False
         try:
             after = edit(self._document)
@@ -306,6 +315,19 @@ class SessionState(QObject):
         if after is not self._document:
             self.undo_stack.push(EditCommand(text, self._document, after, self._show_document))
         return True
+
+    def _is_refused(self) -> bool:
+        """Say whether nothing can be changed here, and tell the person."""
+        if self._read_only_reason:
+            self._refuse(EditRefused(self._read_only_reason))
+        return bool(self._read_only_reason)
+
+    def _without_edits(self, wanted: View) -> View:
+        """Return a view without what is on its way to a document that cannot be changed."""
+        on_its_way = (wanted.preview, wanted.draft, wanted.first_end_um, wanted.refinement)
+        if on_its_way == (None,) * 4 or not self._is_refused():
+            return wanted
+        return replace(wanted, preview=None, draft=None, first_end_um=None, refinement=None)
 
     def _show_document(self, document: Annotation) -> None:
         before, self._document = self._document, document

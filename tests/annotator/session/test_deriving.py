@@ -185,7 +185,7 @@ def test_what_cannot_be_saved_is_not_derived_from(
     assert session.method == "keypoints"
     assert session.unsaved
     assert session.annotation_path is not None
-    assert not session.annotation_path.parent.exists()
+    assert not session.annotation_path.exists()
 
 
 def test_a_derived_document_that_cannot_be_written_leaves_all_as_it_was(

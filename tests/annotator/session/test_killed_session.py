@@ -66,7 +66,7 @@ def test_every_reported_edit_survives_kill_9(tmp_path: Path, volume_path: Path) 
                         os.kill(pid, signal.SIGKILL)
             folder = tmp_path / str(seed)
             for path in (folder / "annotations").rglob("*.json*"):
-                if not path.name.endswith(".partial"):
+                if not path.name.endswith((".partial", ".lock")):
                     load_annotation(path)
             assert recovered_parts(folder, "boxes" if seed % 2 else "keypoints") in [
                 state for state in (last_finished, begun) if state is not None

@@ -1,0 +1,154 @@
+"""The lock of the open document: taken, renewed while it is open, given up."""
+
+import contextlib
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from annotations.documents.locks import RENEWAL_S, DocumentLock, DocumentLocked, LockHolder
+from annotations.durable_files import SaveError
+from annotations.errors import UserError
+from annotator.session.jobs import Jobs
+
+_LOG = logging.getLogger(__name__)
+
+
+class LockKeeper(QObject):
+    """Holds the lock of one document at a time; where no lock file can be written, none.
+
+    Signals
+    -------
+    lost : DocumentLocked
+        Somebody else has the lock now.
+    """
+
+    lost = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._lock: DocumentLock | None = None
+        self._person = ""
+        self._is_renewing = False
+        # Of its own: behind the session's long work a renewal could come too late.
+        self._jobs = Jobs(self)
+        self._timer = QTimer(self, interval=round(1000 * RENEWAL_S))
+        self._timer.timeout.connect(self.renew)
+
+    @property
+    def is_holding(self) -> bool:
+        """Whether there is a lock, as far as is known here."""
+        return self._lock is not None
+
+    def hold(self, path: Path, person: str) -> None:
+        """Take a document's lock, unless it is held, and give up any other; DocumentLocked if it is taken."""
+        if self._lock is None or self._lock.path != path:
+            self.release()
+            self._keep(_acquired(path, person), person)
+
+    def take_over(self, path: Path, person: str, holder: LockHolder) -> None:
+        """Take a document's lock from somebody, as `DocumentLock.take_over` does and with its errors."""
+        taken = DocumentLock.take_over(path, person, holder)
+        self.release()
+        self._keep(taken, person)
+
+    @contextlib.contextmanager
+    def moving_to(self, path: Path, person: str) -> Iterator[None]:
+        """Take another document's lock in place of the present one if what is done meanwhile succeeds.
+
+        DocumentLocked if it is taken.
+        """
+        if self._lock is not None and self._lock.path == path:
+            yield
+            return
+        fresh = _acquired(path, person)
+        try:
+            yield
+        except BaseException:
+            _give_up(fresh)
+            raise
+        self.release()
+        self._keep(fresh, person)
+
+    def release(self) -> None:
+        """Give the lock up, if there is one."""
+        self._timer.stop()
+        lock, self._lock = self._lock, None
+        _give_up(lock)
+
+    def renew(self) -> None:
+        """Renew the lock in the background; ``lost`` follows if somebody else has it."""
+        lock = self._lock
+        if lock is None or self._is_renewing:
+            return
+        self._is_renewing = True
+        self._jobs.start(
+            "Renewing the lock",
+            lambda _progress, _cancelled: lock.renew(),
+            done=lambda is_held: self._on_job_done(lock, is_held),
+            failed=self._on_job_failed,
+            shown=False,
+        )
+
+    def check(self) -> None:
+        """Look at once whether the lock is still held; ``lost`` comes before the return if it is not."""
+        lock = self._lock
+        if lock is None:
+            return
+        with contextlib.suppress(SaveError):
+            # Where it cannot be read, neither can the document be written, which says so better.
+            self._settle(lock, lock.is_held())
+
+    def close(self) -> None:
+        """Give the lock up and end the background work; call it last."""
+        self.release()
+        self._jobs.close()
+
+    def _keep(self, lock: DocumentLock | None, person: str) -> None:
+        self._lock, self._person = lock, person
+        if lock is not None:
+            self._timer.start()
+
+    def _settle(self, lock: DocumentLock, is_held: bool) -> None:
+        if is_held or lock is not self._lock:
+            return
+        self._timer.stop()
+        self._lock = None
+        try:
+            # Nobody's: it was deleted by hand, or whoever took it over has closed the document again. Saving
+            # will notice if the file has been changed.
+            self._keep(_acquired(lock.path, self._person), self._person)
+        except DocumentLocked as error:
+            self.lost.emit(error)
+
+    def _on_job_done(self, lock: DocumentLock, is_held: bool) -> None:
+        self._is_renewing = False
+        self._settle(lock, is_held)
+
+    def _on_job_failed(self, error: Exception) -> None:
+        self._is_renewing = False
+        if not isinstance(error, UserError):
+            raise error
+        # The share may come back before the next time.
+        _LOG.warning("A lock could not be renewed: %s", error)
+
+
+def _acquired(path: Path, person: str) -> DocumentLock | None:
+    try:
+        return DocumentLock.acquire(path, person)
+    except DocumentLocked:
+        raise
+    except SaveError as error:
+        # Who looks at what cannot be written needs no lock, and saving would say why.
+        _LOG.info("A document is open without a lock: %s", error)
+        return None
+
+
+def _give_up(lock: DocumentLock | None) -> None:
+    if lock is not None:
+        try:
+            lock.release()
+        except SaveError as error:
+            # It is passed over once this process is gone.
+            _LOG.warning("A lock could not be given up: %s", error)

@@ -1,0 +1,125 @@
+"""The session's locking: one window at a time changes a document, and each person only their own."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+
+from annotations.documents.annotation import Annotation
+from annotations.documents.files import file_identity
+from annotations.documents.locks import DocumentLocked, LockHolder
+from annotations.documents.study import CONSENSUS, load_study, study_folder_of
+from annotations.durable_files import SaveError
+from annotations.errors import UserError
+from annotator.session.lock_keeper import LockKeeper
+from annotator.session.opening import Opened
+from annotator.session.options import SessionOptions
+from annotator.session.saving import SessionSaving
+
+_OPEN_ELSEWHERE = "It is open elsewhere: {}. Once it is closed there, open it here again to change it"
+_BEHIND = "Its file has just been changed, and is read again"
+_HOW_TO_SAVE = "Save it under another name to keep your own version"
+
+
+class SessionLocking(SessionSaving):
+    """Keeps the open document locked, or read-only where somebody else may write it: `read_only_reason`."""
+
+    def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
+        super().__init__(options, parent)
+        self._offered: LockHolder | None = None
+        self._is_behind = False
+        self._locks = LockKeeper(self)
+        self._locks.lost.connect(self._on_locks_lost)
+
+    def take_over(self, holder: LockHolder) -> None:
+        """Answer ``takeover_requested`` with yes; ignored if another document is open by now."""
+        if self._file is None or holder is not self._offered:
+            return
+        self._offered = None
+        try:
+            self._locks.take_over(self._file.path, self._options.annotator_name, holder)
+        except UserError as error:
+            self.report(error)
+        else:
+            # The other one may have saved since it was read here.
+            self.reload()
+
+    def reload(self) -> None:
+        """Read the document from its file again."""
+        raise NotImplementedError
+
+    def _lock(self, opened: Opened) -> None:
+        """Lock a document that is about to be the open one, or find out why it is read-only."""
+        path, request = opened.found.item.annotation_path, opened.found.request
+        self._offered, self._is_behind = None, False
+        self._read_only_reason = self._reason_by_study(opened.document, path)
+        if self._read_only_reason:
+            self._locks.release()
+            return
+        try:
+            self._locks.hold(path, self._options.annotator_name)
+        except DocumentLocked as error:
+            self._offered = error.holder if error.holder.is_stale else None
+            self._read_only_reason = _OPEN_ELSEWHERE.format(error.holder)
+            return
+        if request.recovery is None and file_identity(path) != opened.found.identity:
+            # Whoever had the lock has saved once more since the file was read here.
+            self._read_only_reason, self._is_behind = _BEHIND, True
+
+    def _unlock(self) -> None:
+        self._offered, self._is_behind = None, False
+        self._read_only_reason = ""
+        self._locks.release()
+
+    def _tell_of_lock(self) -> None:
+        """Say that the document which has just been opened is read-only, or ask whether it must be."""
+        if self._is_behind:
+            self.reload()
+        elif self._read_only_reason:
+            self.post_message(f"Read-only. {self._read_only_reason}.")
+        if self._offered is not None:
+            self.takeover_requested.emit(self._offered)
+
+    def _write(self, *, overwrite: bool, path: Path | None) -> None:
+        document, person = self._document, self._options.annotator_name
+        if document is None or self._file is None:
+            return
+        if path is None or path == self._file.path:
+            self._locks.check()
+            if self._read_only_reason:
+                raise SaveError(self._read_only_reason, remedy=_HOW_TO_SAVE)
+            super()._write(overwrite=overwrite, path=path)
+            return
+        if reason := self._reason_by_study(document, path):
+            raise SaveError(reason, where=path, remedy="Choose a place outside of the study")
+        with self._locks.moving_to(path, person):
+            super()._write(overwrite=overwrite, path=path)
+        self._set_read_only("")
+
+    def _set_read_only(self, reason: str) -> None:
+        if reason == self._read_only_reason:
+            return
+        self._read_only_reason = reason
+        self.drop_preview()
+        self.save_state_changed.emit()
+        # What can be changed is drawn with what there is.
+        self.document_changed.emit(self._document, self._document)
+
+    def _reason_by_study(self, document: Annotation, path: Path) -> str:
+        """Return why a person must not write a document at a path: in a study each writes their own."""
+        author, person = document.annotator, self._options.annotator_name
+        folder = study_folder_of(path)
+        if folder is None or author == person:
+            return ""
+        if author != CONSENSUS:
+            return f"This is the annotation of {author}, and {person} works here"
+        try:
+            settles = load_study(folder).is_reviewer(person)
+        except UserError as error:
+            return f"Who settles the study's consensus could not be read: {error}".removesuffix(".")
+        return "" if settles else "The study's consensus is settled by its reviewers"
+
+    def _on_locks_lost(self, error: DocumentLocked) -> None:
+        taken = f"It has been taken over meanwhile by {error.holder}"
+        self._set_read_only(taken)
+        kept = "; your unsaved edits are kept in the recovery file" if self.unsaved else ""
+        self.report(UserError(f"{taken}{kept}", remedy=_HOW_TO_SAVE))
