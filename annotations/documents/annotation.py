@@ -37,7 +37,8 @@ SCHEMA: Literal["oct-annotation/1"] = "oct-annotation/1"
 PositionUm = tuple[Finite, Finite, Finite]
 Length = Annotated[int, Field(gt=0, strict=True)]
 RepeatNumber = Annotated[int, Field(ge=0, strict=True)]
-FlagText = Annotated[str, Field(min_length=1, max_length=500)]
+LONGEST_FLAG = 500
+FlagText = Annotated[str, Field(min_length=1, max_length=LONGEST_FLAG)]
 
 
 class VolumeReference(Record):

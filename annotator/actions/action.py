@@ -21,6 +21,7 @@ When = Literal[
     "redo",
     "previous",
     "next",
+    "todo",
     "jobs",
 ]
 """What must be there for an action to make sense; `annotator.actions.state` finds it in the session."""

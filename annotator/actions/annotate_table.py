@@ -279,4 +279,13 @@ ANNOTATE_ACTIONS: tuple[Action, ...] = (
         checkable=True,
         separated=True,
     ),
+    Action(
+        "flag",
+        "Flag Volume…",
+        "Annotate",
+        ("Ctrl+Shift+F",),
+        "Say why somebody should look at this volume, or take that back.",
+        "document",
+        checkable=True,
+    ),
 )

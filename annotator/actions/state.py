@@ -64,6 +64,8 @@ def _met(session: Session) -> Iterator[When]:
             yield "previous"
         if index is None or index + 1 < len(session.items):
             yield "next"
+        if session.next_to_do() not in (None, index):
+            yield "todo"
     if session.jobs.running:
         yield "jobs"
 
@@ -114,6 +116,8 @@ def _checked(session: Session) -> Iterator[str]:
             yield "lock"
     if session.document is not None and session.document.status == "done":
         yield "mark_done"
+    if session.document is not None and session.document.flag is not None:
+        yield "flag"
     for layer in view.layers:
         yield f"layer_{layer}"
     if view.maximized is not None:

@@ -131,6 +131,14 @@ _GO = (
         "next",
     ),
     Action(
+        "next_todo",
+        "Next Volume to Do",
+        "Go",
+        ("Ctrl+Shift+PgDown",),
+        "Save, and open the next volume that is not done.",
+        "todo",
+    ),
+    Action(
         "cancel_jobs",
         "Cancel Background Work",
         "Go",

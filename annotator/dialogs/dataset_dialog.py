@@ -19,9 +19,17 @@ from annotator.looks.labels import ElidedText, Heading, WrappedText
 
 
 class DatasetDialog(QDialog):
-    """Lists the three-dimensional arrays of a file; the largest one is chosen at first."""
+    """Lists the three-dimensional arrays of a file; the largest one is chosen at first.
 
-    def __init__(self, path: Path, choices: Sequence[DatasetChoice], parent: QWidget | None = None) -> None:
+    Parameters
+    ----------
+    name : Path or str
+        What the file is called: its path, in blind work the volume's number.
+    """
+
+    def __init__(
+        self, name: Path | str, choices: Sequence[DatasetChoice], parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         self.setObjectName("dataset_dialog")
         self.setWindowTitle("Choose the array")
@@ -63,7 +71,7 @@ class DatasetDialog(QDialog):
 
         layout = QVBoxLayout(self)
         layout.addWidget(Heading("Which array is the volume?"))
-        layout.addWidget(ElidedText(str(path)))
+        layout.addWidget(ElidedText(str(name)))
         layout.addWidget(
             WrappedText(
                 f"The file holds {len(choices)} three-dimensional arrays. "

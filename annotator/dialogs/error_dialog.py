@@ -1,6 +1,7 @@
 """What went wrong, where, and what to do about it."""
 
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QUrl, Slot
@@ -32,10 +33,17 @@ class ErrorDialog(QDialog):
         A `UserError` says its own problem, place and remedy; any other is shown as unexpected.
     log_path : Path, optional
         The log file, offered for opening.
+    neutral : callable, optional
+        Returns a text as the annotator may read it; all of it goes through there, the traceback as well.
     """
 
     def __init__(
-        self, error: Exception, parent: QWidget | None = None, *, log_path: Path | None = None
+        self,
+        error: Exception,
+        parent: QWidget | None = None,
+        *,
+        log_path: Path | None = None,
+        neutral: Callable[[str], str] = str,
     ) -> None:
         super().__init__(parent)
         self.setObjectName("error_dialog")
@@ -52,7 +60,8 @@ class ErrorDialog(QDialog):
             remedy = (
                 "Your annotation is safe: every finished edit is kept. You can go on, or save and restart."
             )
-        details = "".join(traceback.format_exception(error)).rstrip()
+        problem, where, remedy = neutral(problem), neutral(where), neutral(remedy)
+        details = neutral("".join(traceback.format_exception(error)).rstrip())
         self._report = "\n".join(filter(None, (problem, where, remedy))) + f"\n\n{details}\n"
 
         picture = QLabel()

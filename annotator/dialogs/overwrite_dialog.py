@@ -26,9 +26,13 @@ _CANCEL = Choice("cancel", "Cancel", "Nothing is saved now; your edits stay open
 class OverwriteDialog(ChoiceDialog):
     """Asks before a file that was changed by another program is overwritten.
 
-    The choices are ``save_elsewhere``, ``overwrite``, ``reload`` and ``cancel``.
+    The choices are ``save_elsewhere``, where the annotation may be kept in another file, ``overwrite``,
+    ``reload`` and ``cancel``.
     """
 
-    def __init__(self, problem: str, path: Path | None = None, parent: QWidget | None = None) -> None:
-        super().__init__("overwrite", "Which version should stay?", problem, path, _CHOICES, _CANCEL, parent)
+    def __init__(
+        self, problem: str, path: Path | None = None, parent: QWidget | None = None, *, may_move: bool = True
+    ) -> None:
+        choices = [choice for choice in _CHOICES if may_move or choice.value != "save_elsewhere"]
+        super().__init__("overwrite", "Which version should stay?", problem, path, choices, _CANCEL, parent)
         self.setWindowTitle("File changed elsewhere")

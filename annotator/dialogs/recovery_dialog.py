@@ -1,6 +1,6 @@
 """Edits that an earlier run did not save: give them back, throw them away, or ask again next time."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QDateTime, Signal, Slot
@@ -24,6 +24,11 @@ from annotator.looks.naming import named
 class RecoveryDialog(QDialog):
     """Lists what the recovery journals hold: to be recovered, discarded, or kept for the next start.
 
+    Parameters
+    ----------
+    neutral_names : mapping of Path to str, optional
+        What those of blind work are called, by their journals: no file's name is to be seen of them.
+
     Signals
     -------
     recover_requested : Recovery
@@ -34,12 +39,19 @@ class RecoveryDialog(QDialog):
     recover_requested = Signal(object)
     discard_requested = Signal(object)
 
-    def __init__(self, recoveries: Sequence[Recovery], parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        recoveries: Sequence[Recovery],
+        parent: QWidget | None = None,
+        *,
+        neutral_names: Mapping[Path, str] | None = None,
+    ) -> None:
         super().__init__(parent)
         self.setObjectName("recovery_dialog")
         self.setWindowTitle("Recovered edits")
         self.setSizeGripEnabled(True)
         self._recoveries = list(recoveries)
+        self._neutral_names = neutral_names or {}
 
         self._list = QTreeWidget()
         self._list.setObjectName("recovery_list")
@@ -48,7 +60,7 @@ class RecoveryDialog(QDialog):
         self._list.setRootIsDecorated(False)
         self._list.setAlternatingRowColors(True)
         for recovery in self._recoveries:
-            self._list.addTopLevelItem(_item(recovery))
+            self._list.addTopLevelItem(self._item(recovery))
         for column in range(self._list.columnCount()):
             self._list.resizeColumnToContents(column)
         self._list.currentItemChanged.connect(self._on_list_current_item_changed)
@@ -112,7 +124,7 @@ class RecoveryDialog(QDialog):
         question = QMessageBox(self)
         question.setObjectName("recovery_discard_question")
         question.setIcon(QMessageBox.Icon.Warning)
-        question.setText(f"Throw away {_edits(recovery)} of {recovery.annotation_path.name}?")
+        question.setText(f"Throw away {_edits(recovery)} of {self._name(recovery)}?")
         question.setInformativeText("They cannot be brought back. The saved file stays as it is.")
         question.setStandardButtons(QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel)
         question.setDefaultButton(QMessageBox.StandardButton.Cancel)
@@ -136,21 +148,24 @@ class RecoveryDialog(QDialog):
         self._recover.setEnabled(chosen)
         self._discard.setEnabled(chosen)
 
+    def _name(self, recovery: Recovery) -> str:
+        return self._neutral_names.get(recovery.journal_path) or recovery.annotation_path.name
 
-def _item(recovery: Recovery) -> QTreeWidgetItem:
-    moment = QDateTime.fromSecsSinceEpoch(int(recovery.changed_at))
-    document = recovery.document
-    placed = sum(part.anchor_um is not None for part in document.parts)
-    item = QTreeWidgetItem(
-        [
-            recovery.annotation_path.name,
-            moment.toString("yyyy-MM-dd hh:mm"),
-            str(recovery.edits),
-            f"{placed} of {len(document.parts)} {document.method}",
-        ]
-    )
-    item.setToolTip(0, f"{recovery.annotation_path}\nVolume: {Path(document.volume.path).name}")
-    return item
+    def _item(self, recovery: Recovery) -> QTreeWidgetItem:
+        moment = QDateTime.fromSecsSinceEpoch(int(recovery.changed_at))
+        document = recovery.document
+        placed = sum(part.anchor_um is not None for part in document.parts)
+        item = QTreeWidgetItem(
+            [
+                self._name(recovery),
+                moment.toString("yyyy-MM-dd hh:mm"),
+                str(recovery.edits),
+                f"{placed} of {len(document.parts)} {document.method}",
+            ]
+        )
+        if recovery.journal_path not in self._neutral_names:
+            item.setToolTip(0, f"{recovery.annotation_path}\nVolume: {Path(document.volume.path).name}")
+        return item
 
 
 def _edits(recovery: Recovery) -> str:

@@ -47,6 +47,9 @@ class SpacingDialog(QDialog):
         What the fields begin with.
     is_one_of_several : bool
         Whether others of its folder are to be annotated too: then one answer is offered for all of them.
+    neutral_name : str
+        What the volume is called in blind work, in which nothing is said of its file, and nothing kept for
+        it alone: whoever is not asked again would know the volume again. Empty otherwise.
     """
 
     def __init__(
@@ -56,6 +59,7 @@ class SpacingDialog(QDialog):
         parent: QWidget | None = None,
         *,
         is_one_of_several: bool = False,
+        neutral_name: str = "",
     ) -> None:
         super().__init__(parent)
         self._shape = volume.shape
@@ -94,21 +98,26 @@ class SpacingDialog(QDialog):
         self._depth.setCurrentIndex(volume.depth_axis)
         self._scope = named(QComboBox(), "spacing_scope", title="Remember for")
         for text, scope in (
-            ("this file", "file"),
+            *((("this file", "file"),) if not neutral_name else ()),
             (f"all volumes of {_times(volume.shape)} voxels in this folder", "folder"),
             ("this time only", "once"),
         ):
             self._scope.addItem(text, scope)
-        self._scope.setCurrentIndex(self._scope.findData("folder" if is_one_of_several else "file"))
+        self._scope.setCurrentIndex(
+            self._scope.findData("folder" if is_one_of_several or neutral_name else "file")
+        )
         self._scope.setToolTip(
-            f"For this file, writes {sidecar_path(volume.path).name} beside the volume; for all that do "
+            "Where the folder is read-only, your own settings keep the answer"
+            if neutral_name
+            else f"For this file, writes {sidecar_path(volume.path).name} beside the volume; for all that do "
             f"not say it themselves, {folder_answers_path(volume.path.parent).name} into the folder. "
             "Where the folder is read-only, your own settings keep the answer for the file"
         )
 
         facts = QFormLayout()
-        facts.addRow("File", ElidedText(_shown_name(volume)))
-        facts.addRow("Folder", ElidedText(str(volume.path.parent)))
+        facts.addRow("Volume" if neutral_name else "File", ElidedText(neutral_name or _shown_name(volume)))
+        if not neutral_name:
+            facts.addRow("Folder", ElidedText(str(volume.path.parent)))
         facts.addRow("Array", ElidedText(f"{_times(volume.shape)} voxels, {volume.dtype.name}"))
         facts.addRow("&Scanner", self._preset)
         facts.addRow("Spacing", fields)

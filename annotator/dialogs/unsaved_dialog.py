@@ -22,10 +22,20 @@ class UnsavedDialog(ChoiceDialog):
         The annotation's file.
     leaving : str
         What happens after all if the person insists, such as ``Quit without saving``.
+    may_move : bool
+        Whether the annotation may be kept in another file.
     """
 
-    def __init__(self, problem: str, path: Path | None, leaving: str, parent: QWidget | None = None) -> None:
-        choices = (
+    def __init__(
+        self,
+        problem: str,
+        path: Path | None,
+        leaving: str,
+        parent: QWidget | None = None,
+        *,
+        may_move: bool = True,
+    ) -> None:
+        choices = [
             Choice(
                 "retry", "Try again", "After making room, or after giving yourself the right to write there."
             ),
@@ -33,7 +43,9 @@ class UnsavedDialog(ChoiceDialog):
             Choice(
                 "leave", leaving, "Every edit is kept in the recovery file and offered at the next start."
             ),
-        )
+        ]
+        if not may_move:
+            choices = [choice for choice in choices if choice.value != "save_elsewhere"]
         heading = "The annotation could not be saved. Nothing is lost."
         super().__init__("unsaved", heading, problem, path, choices, _CANCEL, parent)
         self.setWindowTitle("The annotation is not saved")

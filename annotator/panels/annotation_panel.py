@@ -55,11 +55,14 @@ class AnnotationPanel(QWidget):
         row.addWidget(self._derive)
         self._origin = WrappedText(name="derived_from")
         self._origin.set_color(lambda colors: colors.muted)
+        self._flag = WrappedText(name="flag_text")
+        self._flag.set_color(lambda colors: colors.warning)
         margin = self.fontMetrics().height() // 3
         head = QVBoxLayout()
         head.setContentsMargins(margin, margin, margin, 0)
         head.addLayout(row)
         head.addWidget(self._origin)
+        head.addWidget(self._flag)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -112,6 +115,7 @@ class AnnotationPanel(QWidget):
                 else f"This study is annotated by {' and '.join(methods)} alone"
             )
         self._draw_derivation(shown, methods)
+        self._draw_flag()
 
     def _draw_derivation(self, shown: Method, methods: tuple[Method, ...]) -> None:
         document = self._session.document
@@ -130,5 +134,12 @@ class AnnotationPanel(QWidget):
         self._origin.setVisible(origin is not None)
         if origin is not None:
             roll = f", roll {origin.roll_deg:z.1f}°" if origin.roll_deg is not None else ""
-            self._origin.setText(f"Derived from {PurePosixPath(origin.path).name}{roll}")
-            self._origin.setToolTip(f"From the {origin.method} in {origin.path}")
+            is_blind = self._session.is_blind
+            source = f"the {origin.method}" if is_blind else PurePosixPath(origin.path).name
+            self._origin.setText(f"Derived from {source}{roll}")
+            self._origin.setToolTip("" if is_blind else f"From the {origin.method} in {origin.path}")
+
+    def _draw_flag(self) -> None:
+        flag = self._session.document.flag if self._session.document is not None else None
+        self._flag.setVisible(flag is not None)
+        self._flag.setText(f"Flagged: {flag}" if flag is not None else "")

@@ -1,4 +1,4 @@
-"""The volumes to annotate as a list: label, and status in words and as a mark."""
+"""The volumes to annotate as a list: label, status in words and as a mark, flag, and the time spent."""
 
 from typing import Any
 
@@ -6,16 +6,24 @@ from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersisten
 from PySide6.QtGui import QColor, QFont, QGuiApplication, QIcon, QPainter, QPen, QPixmap
 
 from annotator.looks import theme
+from annotator.looks.durations import duration
 from annotator.session import Session
-from annotator.session.worklist import ItemStatus
+from annotator.session.worklist import ItemStatus, WorkItem
 
 Index = QModelIndex | QPersistentModelIndex
 _ROOT = QModelIndex()
-_WORDS: dict[ItemStatus, str] = {"new": "new", "in_progress": "in progress", "done": "done"}
+_WORDS: dict[ItemStatus, str] = {"new": "to do", "in_progress": "in progress", "done": "done"}
+_COLUMNS = ("Volume", "Status", "", "Time")
+VOLUME, STATUS, FLAG, TIME = range(len(_COLUMNS))
+
+
+def status_words(status: ItemStatus) -> str:
+    """Return what a status is called."""
+    return _WORDS[status]
 
 
 class WorklistModel(QAbstractTableModel):
-    """The session's items: label, and status in words and as a mark."""
+    """The session's items in their order; in blind work nothing tells which volume one is."""
 
     def __init__(self, session: Session, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -28,46 +36,70 @@ class WorklistModel(QAbstractTableModel):
         """Return the names of all the volumes."""
         return tuple(item.label for item in self._items)
 
+    def item(self, row: int) -> WorkItem:
+        """Return what a row is about."""
+        return self._items[row]
+
     def rowCount(self, parent: Index = _ROOT) -> int:
         return 0 if parent.isValid() else len(self._items)
 
     def columnCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else 2
+        return 0 if parent.isValid() else len(_COLUMNS)
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> Any:
-        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
-            return ("Volume", "Status")[section]
+        if orientation == Qt.Orientation.Horizontal:
+            if role == Qt.ItemDataRole.DisplayRole:
+                return _COLUMNS[section]
+            if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleTextRole) and section == FLAG:
+                return "Flag"
+            if role == Qt.ItemDataRole.ToolTipRole and section == TIME:
+                return "Time spent at work, in minutes and seconds"
         return None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():
             return None
-        item, status = self._items[index.row()], index.column() == 1
+        item, column = self._items[index.row()], index.column()
         is_current = index.row() == self._current
         match role:
             case Qt.ItemDataRole.DisplayRole:
-                return _WORDS[item.status] if status else item.label
+                return (item.label, _WORDS[item.status], "", _time(item))[column]
             case Qt.ItemDataRole.AccessibleTextRole:
-                return _WORDS[item.status] if status else f"{item.label}{', open' if is_current else ''}"
-            case Qt.ItemDataRole.DecorationRole if not status:
+                named = f"{item.label}{', open' if is_current else ''}"
+                return (named, _WORDS[item.status], _flag_words(item), _time(item))[column]
+            case Qt.ItemDataRole.DecorationRole if column == VOLUME:
                 return _mark(item.status)
-            case Qt.ItemDataRole.ForegroundRole if status:
+            case Qt.ItemDataRole.DecorationRole if column == FLAG and item.flag is not None:
+                return _flag()
+            case Qt.ItemDataRole.ForegroundRole if column == STATUS:
                 return _color(item.status)
+            case Qt.ItemDataRole.TextAlignmentRole if column == TIME:
+                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             case Qt.ItemDataRole.FontRole if is_current:
                 font = QFont()
                 font.setBold(True)
                 return font
             case Qt.ItemDataRole.ToolTipRole:
-                return f"{item.label}\n{item.volume_path}\nAnnotation: {item.annotation_path}"
+                return self._tool_tip(item)
         return None
+
+    def _tool_tip(self, item: WorkItem) -> str:
+        lines = [item.label]
+        if not self._session.is_blind:
+            lines += [str(item.volume_path), f"Annotation: {item.annotation_path}"]
+        if item.flag is not None:
+            lines.append(_flag_words(item))
+        if item.active_seconds:
+            lines.append(f"{_time(item)} at work")
+        return "\n".join(lines)
 
     @Slot()
     def _on_session_worklist_changed(self) -> None:
         before, was_current = self._items, self._current
         items, current = self._session.items, self._session.current_index
-        if [item.volume_path for item in before] != [item.volume_path for item in items] or len(before) == 0:
+        if [_listed(item) for item in before] != [_listed(item) for item in items] or len(before) == 0:
             self.beginResetModel()
             self._items, self._current = items, current
             self.endResetModel()
@@ -77,7 +109,19 @@ class WorklistModel(QAbstractTableModel):
         if current != was_current:
             rows |= {row for row in (was_current, current) if row is not None}
         for row in sorted(rows):
-            self.dataChanged.emit(self.index(row, 0), self.index(row, 1))
+            self.dataChanged.emit(self.index(row, 0), self.index(row, len(_COLUMNS) - 1))
+
+
+def _listed(item: WorkItem) -> object:
+    return (item.label, item.place)
+
+
+def _time(item: WorkItem) -> str:
+    return duration(item.active_seconds) if item.active_seconds >= 1 else ""
+
+
+def _flag_words(item: WorkItem) -> str:
+    return "" if item.flag is None else f"Flagged: {item.flag}"
 
 
 def _color(status: ItemStatus) -> QColor:
@@ -92,6 +136,26 @@ def _mark(status: ItemStatus) -> QIcon:
     selected = _mark_pixmap(status, palette.highlightedText().color(), palette.highlight().color())
     icon.addPixmap(selected, QIcon.Mode.Selected)
     return icon
+
+
+def _flag() -> QIcon:
+    palette = QGuiApplication.palette()
+    icon = QIcon(_flag_pixmap(theme.colors(palette).warning))
+    icon.addPixmap(_flag_pixmap(palette.highlightedText().color()), QIcon.Mode.Selected)
+    return icon
+
+
+def _flag_pixmap(color: QColor) -> QPixmap:
+    pixmap = QPixmap(32, 32)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(pixmap)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(color, 3, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin))
+    painter.drawLine(8, 5, 8, 28)
+    painter.setBrush(color)
+    painter.drawPolygon([QPointF(8, 6), QPointF(25, 6), QPointF(20, 12), QPointF(25, 18), QPointF(8, 18)])
+    painter.end()
+    return pixmap
 
 
 def _mark_pixmap(status: ItemStatus, color: QColor, ground: QColor) -> QPixmap:

@@ -1,8 +1,11 @@
 """What there is to annotate, how far it is, and the way to the next volume."""
 
-from PySide6.QtCore import QModelIndex, QSortFilterProxyModel, Qt, Signal, Slot
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import QModelIndex, Qt, Signal, Slot
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QComboBox,
     QHBoxLayout,
     QHeaderView,
     QLineEdit,
@@ -13,11 +16,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotator.looks.labels import ElidedText
+from annotations.documents.record import Method
+from annotator.looks.durations import duration
+from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
 from annotator.panels.name_elision import ElidedNameDelegate
-from annotator.panels.worklist_model import WorklistModel
+from annotator.panels.worklist_filter import KINDS, WorklistFilter, kind_words
+from annotator.panels.worklist_model import FLAG, STATUS, TIME, WorklistModel, status_words
 from annotator.session import Session
+from annotator.session.worklist import ItemStatus, WorkItem
 
 
 class WorklistPanel(QWidget):
@@ -39,17 +46,19 @@ class WorklistPanel(QWidget):
         self.setAccessibleName("Volumes to annotate")
         self._title = ElidedText(name="worklist_title")
         self._model = WorklistModel(session, self)
-        self._shown = QSortFilterProxyModel(self)
-        self._shown.setSourceModel(self._model)
-        self._shown.setFilterCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
-        self._shown.setFilterKeyColumn(-1)
+        self._shown = WorklistFilter(self._model, self)
 
         self._filter = named(QLineEdit(), "worklist_filter")
         self._filter.setAccessibleName("Filter the volumes")
         self._filter.setPlaceholderText("Filter by name or status")
-        self._filter.setToolTip("Shows the volumes whose name or status contains this")
+        self._filter.setToolTip("Shows the volumes whose name, status or flag contains this")
         self._filter.setClearButtonEnabled(True)
-        self._filter.textChanged.connect(self._shown.setFilterFixedString)
+        self._filter.textChanged.connect(self._shown.show_text)
+        self._kind = named(QComboBox(), "worklist_kind", title="Which volumes are listed")
+        self._kind.setToolTip("Shows all the volumes, or those that are this far")
+        for kind in KINDS:
+            self._kind.addItem(kind_words(kind), kind)
+        self._kind.currentIndexChanged.connect(self._on_kind_current_index_changed)
 
         self._list = QTreeView()
         self._list.setObjectName("worklist_list")
@@ -63,12 +72,16 @@ class WorklistPanel(QWidget):
         self._list.setItemDelegateForColumn(0, ElidedNameDelegate(self._model.labels, self._list))
         self._list.header().setStretchLastSection(False)
         self._list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        self._list.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
+        for column in (STATUS, FLAG, TIME):
+            self._list.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+        self._list.header().setMinimumSectionSize(self.fontMetrics().height())
         self._list.activated.connect(self._on_list_activated)
         self._shown.modelReset.connect(self._on_shown_model_reset)
 
         self._progress = named(QProgressBar(), "worklist_progress")
         self._progress.setAccessibleName("Volumes done")
+        self._summary = WrappedText(name="worklist_summary")
+        self._summary.set_color(lambda colors: colors.muted)
         open_file = named(QPushButton("Open &file…"), "worklist_open_file")
         open_file.setToolTip("Open a volume or an annotation")
         open_file.clicked.connect(self.open_file_requested)
@@ -79,10 +92,14 @@ class WorklistPanel(QWidget):
         buttons = QHBoxLayout()
         buttons.addWidget(open_file)
         buttons.addWidget(open_folder)
+        filters = QHBoxLayout()
+        filters.addWidget(self._filter, 1)
+        filters.addWidget(self._kind)
         layout = QVBoxLayout(self)
         layout.addWidget(self._title)
         layout.addWidget(self._progress)
-        layout.addWidget(self._filter)
+        layout.addWidget(self._summary)
+        layout.addLayout(filters)
         layout.addWidget(self._list, 1)
         layout.addLayout(buttons)
         session.worklist_changed.connect(self._on_session_worklist_changed)
@@ -93,6 +110,10 @@ class WorklistPanel(QWidget):
         row = self._shown.mapToSource(index).row()
         if row != self._session.current_index:
             self._session.open_item(row)
+
+    @Slot(int)
+    def _on_kind_current_index_changed(self, _: int) -> None:
+        self._shown.show_kind(self._kind.currentData())
 
     @Slot()
     def _on_session_worklist_changed(self) -> None:
@@ -110,9 +131,26 @@ class WorklistPanel(QWidget):
         self._progress.setRange(0, max(len(items), 1))
         self._progress.setValue(done)
         self._progress.setFormat(f"{done} of {len(items)} done")
+        self._summary.setVisible(bool(items))
+        self._summary.setText(_summary(items, self._session.worklist.done_elsewhere))
         current = self._session.current_index
         if current is not None:
             index = self._shown.mapFromSource(self._model.index(current, 0))
             if index.isValid() and self._list.currentIndex().row() != index.row():
                 self._list.setCurrentIndex(index)
                 self._list.scrollTo(index)
+
+
+def _summary(items: Sequence[WorkItem], done_elsewhere: Mapping[Method, int]) -> str:
+    """Say what there is besides what is done, how long the work took, and how far the other method is."""
+    left: tuple[ItemStatus, ...] = ("new", "in_progress")
+    numbers = {status: sum(item.status == status for item in items) for status in left}
+    counts = [f"{number} {status_words(status)}" for status, number in numbers.items() if number]
+    flagged = sum(item.flag is not None for item in items)
+    if flagged:
+        counts.append(f"{flagged} flagged")
+    seconds = sum(item.active_seconds for item in items)
+    if seconds >= 1:
+        counts.append(f"{duration(seconds)} at work")
+    others = [f"By {method}: {done} of {len(items)} done" for method, done in done_elsewhere.items()]
+    return "\n".join(filter(None, (" · ".join(counts), *others)))

@@ -110,6 +110,12 @@ class Session(SessionLocking):
         """Answer ``spacing_requested`` for a file; ignored if another is being opened by now."""
         self._opener.provide_spacing(path, answer)
 
+    @property
+    def opening_label(self) -> str:
+        """The number of the volume that is being opened in blind work; else empty, as it has a name."""
+        request = self._opener.request
+        return request.item.label if request is not None and request.worklist.is_blind else ""
+
     def decline_opening(self, path: Path) -> None:
         """Answer either question with no: the volume is not opened, and what is open stays."""
         self._opener.decline(path)

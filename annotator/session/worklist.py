@@ -1,8 +1,8 @@
 """What there is to annotate: the volumes of a study, of a folder, or the one that was opened."""
 
 import contextlib
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -84,6 +84,8 @@ class Worklist:
         Those that can be chosen: the study's for this annotator, or both.
     study : Study or None
         What the study says that the items belong to.
+    done_elsewhere : mapping of str to int
+        How many are done by each of the study's other methods, as the files were when the list was read.
     """
 
     path: Path
@@ -96,6 +98,7 @@ class Worklist:
     method: Method = "keypoints"
     methods: tuple[Method, ...] = ("keypoints", "boxes")
     study: Study | None = None
+    done_elsewhere: Mapping[Method, int] = field(default_factory=dict)
 
     @property
     def is_folder(self) -> bool:
@@ -124,8 +127,13 @@ class Worklist:
         if method == self.method and not anew:
             return self
         if self.study is not None:
-            items = _of_queue(self.folder, self.study, self.annotator, method, self.is_blind)
-            return replace(self, items=_with_status(items), method=method)
+            queues = {
+                each: _with_status(_of_queue(self.folder, self.study, self.annotator, each, self.is_blind))
+                for each in self.methods
+            }
+            done = {each: sum(item.status == "done" for item in queued) for each, queued in queues.items()}
+            del done[method]
+            return replace(self, items=queues[method], method=method, done_elsewhere=done)
         items = [replace(item, annotation_path=_beside(item.annotation_path, method)) for item in self.items]
         return replace(self, items=_with_status(items), method=method)
 
@@ -229,7 +237,9 @@ def _of_study(folder: Path, annotator: str, wanted: Method) -> Worklist:
     worklist = Worklist(
         folder, study.title, folder, (), annotator, tool_name=study.tool, methods=methods, study=study
     )
-    return worklist.with_method(method, anew=True)
+    queued = worklist.with_method(method, anew=True)
+    left = (index for index, item in enumerate(queued.items) if item.status != "done")
+    return replace(queued, first=next(left, 0))
 
 
 def _of_queue(folder: Path, study: Study, annotator: str, method: Method, is_blind: bool) -> list[WorkItem]:

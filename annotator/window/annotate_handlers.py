@@ -91,6 +91,7 @@ class AnnotateHandlers:
                     lambda active: session.set_locked(active.name, not active.locked)
                 ),
                 "mark_done": self._toggle_done,
+                "flag": self._flag,
             }
         )
 
@@ -117,6 +118,16 @@ class AnnotateHandlers:
         document = self._session.document
         if document is not None:
             self._session.set_status("in_progress" if document.status == "done" else "done")
+
+    def _flag(self) -> None:
+        from annotator.dialogs.flag_dialog import FlagDialog  # late: few volumes are flagged
+
+        document = self._session.document
+        if document is None:
+            return
+        dialog = FlagDialog(document.flag, self._window)
+        dialog.accepted.connect(lambda: self._session.set_flag(dialog.reason))
+        self._questions.show(dialog)
 
     def _toggle_cross_section(self, active: Part) -> None:
         free = active.name not in self._session.view.free_links

@@ -48,6 +48,7 @@ class FileHandlers:
             "quit": self._window.close,
             "previous_volume": lambda: self._go(-1),
             "next_volume": lambda: self._go(1),
+            "next_todo": self._go_to_next_to_do,
             "cancel_jobs": self._cancel_jobs,
         }
 
@@ -93,6 +94,13 @@ class FileHandlers:
         # Kept, because a document that is left unsaved is no longer the current one.
         following = 0 if index is None else index + by
         self._questions.leave(lambda: self._session.open_item(following), _LEAVING)
+
+    def _go_to_next_to_do(self) -> None:
+        following = self._session.next_to_do()
+        if following is None:
+            self._session.post_message("Every volume of the list is done")
+        else:
+            self._questions.leave(lambda: self._session.open_item(following), _LEAVING)
 
     def _recent(self, number: int) -> Callable[[], None]:
         def open_recent() -> None:

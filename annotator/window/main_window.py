@@ -302,10 +302,10 @@ class MainWindow(QMainWindow):
         first.setFocus()
 
     def _draw_title(self) -> None:
-        volume = self.session.volume
-        names = [f"{volume.path.name}[*]"] if volume is not None else []
-        if self.session.title and volume is not None and self.session.title != volume.path.name:
-            names.append(self.session.title)
+        label, title = self.session.volume_label, self.session.title
+        names = [f"{label}[*]"] if label else []
+        if title and label and title != label:
+            names.append(title)
         self.setWindowTitle(" – ".join([*names, _TITLE]))
         self.setWindowModified(self.session.unsaved)
 

@@ -56,6 +56,7 @@ class Questions(QObject):
         session.recovery_requested.connect(self._on_session_recovery_requested)
         session.roll_requested.connect(self._on_session_roll_requested)
         session.calibrated.connect(self._on_session_calibrated)
+        session.look_requested.connect(self._on_session_look_requested)
         session.overwrite_requested.connect(self._on_session_overwrite_requested)
         session.save_state_changed.connect(self._on_session_save_state_changed)
         session.error_raised.connect(self._on_session_error_raised)
@@ -63,7 +64,7 @@ class Questions(QObject):
     def show_error(self, error: Exception) -> None:
         """Show an error with a way out; `UserError` speaks for itself, any other is called unexpected."""
         log_path = None if isinstance(error, UserError) else self._log_path
-        self.show(ErrorDialog(error, self._window, log_path=log_path))
+        self.show(ErrorDialog(error, self._window, log_path=log_path, neutral=self._session.neutral))
 
     def show(self, dialog: QDialog) -> None:
         """Show a dialog of the window, after those that are already there."""
@@ -95,6 +96,11 @@ class Questions(QObject):
 
     def save_elsewhere(self) -> bool:
         """Ask for another file and save there; False if nothing was saved."""
+        if self._session.is_blind:
+            self._session.post_message(
+                "In this study an annotation stays where it is: nothing was saved elsewhere"
+            )
+            return False
         present = str(self._session.annotation_path or "")
         chosen, _ = QFileDialog.getSaveFileName(
             self._window, "Save the annotation as", present, _ANNOTATION_FILES
@@ -118,7 +124,9 @@ class Questions(QObject):
             self._problems = None
 
     def _ask_after_failure(self, problem: str, then: Callable[[], object], leaving: str) -> None:
-        dialog = UnsavedDialog(problem, self._session.annotation_path, leaving, self._window)
+        dialog = UnsavedDialog(
+            problem, self._shown_path(), leaving, self._window, may_move=not self._session.is_blind
+        )
 
         def on_dialog_accepted() -> None:
             if dialog.choice == "retry":
@@ -135,7 +143,9 @@ class Questions(QObject):
         self.show(dialog)
 
     def _ask_which_version(self, problem: str, then: Callable[[], object], leaving: str) -> None:
-        dialog = OverwriteDialog(problem, self._session.annotation_path, self._window)
+        dialog = OverwriteDialog(
+            problem, self._shown_path(), self._window, may_move=not self._session.is_blind
+        )
 
         def on_dialog_accepted() -> None:
             if dialog.choice == "reload":
@@ -152,6 +162,9 @@ class Questions(QObject):
 
         dialog.accepted.connect(on_dialog_accepted)
         self.show(dialog)
+
+    def _shown_path(self) -> Path | None:
+        return None if self._session.is_blind else self._session.annotation_path
 
     def _show_next(self) -> None:
         self._shown = self._waiting.pop(0) if self._waiting else None
@@ -179,7 +192,13 @@ class Questions(QObject):
     def _on_session_spacing_requested(self, volume: Volume, offered_um: Vector) -> None:
         folder = volume.path.parent
         beside = sum(item.volume_path.parent == folder for item in self._session.items)
-        dialog = SpacingDialog(volume, offered_um, self._window, is_one_of_several=beside > 1)
+        dialog = SpacingDialog(
+            volume,
+            offered_um,
+            self._window,
+            is_one_of_several=beside > 1,
+            neutral_name=self._session.opening_label,
+        )
 
         def on_dialog_accepted() -> None:
             if (answer := dialog.answer) is not None:
@@ -190,7 +209,7 @@ class Questions(QObject):
         self.show(dialog)
 
     def _on_session_dataset_requested(self, path: Path, choices: tuple[DatasetChoice, ...]) -> None:
-        dialog = DatasetDialog(path, choices, self._window)
+        dialog = DatasetDialog(self._session.opening_label or path, choices, self._window)
 
         def on_dialog_accepted() -> None:
             if dialog.dataset is not None:
@@ -201,7 +220,9 @@ class Questions(QObject):
         self.show(dialog)
 
     def _on_session_recovery_requested(self, recoveries: tuple[Recovery, ...]) -> None:
-        dialog = RecoveryDialog(recoveries, self._window)
+        dialog = RecoveryDialog(
+            recoveries, self._window, neutral_names=self._session.recovery_names(recoveries)
+        )
         dialog.recover_requested.connect(self._session.recover)
         dialog.discard_requested.connect(self._session.discard_recovery)
         self.show(dialog)
@@ -231,6 +252,18 @@ class Questions(QObject):
 
         dialog = CalibrationDialog(found, self._window)
         dialog.accepted.connect(lambda: self._session.keep_calibration(found, dialog.name))
+        self.show(dialog)
+
+    def _on_session_look_requested(self, path: Path, reason: str) -> None:
+        from annotator.dialogs.look_dialog import LookDialog  # late: few ask for it
+
+        dialog = LookDialog(reason, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.choice == "look":
+                self._session.open_path(path, looks_anyway=True)
+
+        dialog.accepted.connect(on_dialog_accepted)
         self.show(dialog)
 
     def _on_session_overwrite_requested(self, problem: str) -> None:

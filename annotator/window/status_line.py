@@ -154,7 +154,7 @@ class StatusLine(QStatusBar):
         self._saved.setVisible(path is not None)
         unsaved = self._session.unsaved
         self._saved.setText("Unsaved" if unsaved else "Saved")
-        where = f"The annotation is kept in {path}"
+        where = f"The annotation is kept in {'its study' if self._session.is_blind else path}"
         self._saved.setToolTip(f"{where}; unsaved edits are in the recovery file" if unsaved else where)
         _paint(self._saved, lambda colors: colors.warning if unsaved else colors.muted)
 

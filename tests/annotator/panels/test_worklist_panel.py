@@ -62,7 +62,7 @@ def open_with(qtbot: QtBot, session: Session, index: int, act: object) -> None:
 
 
 def test_volumes_are_listed_with_their_status(three: Session, panel: WorklistPanel, items: QTreeView) -> None:
-    assert rows(items) == [("v001.npy", "new"), ("v002.npy", "new"), ("w003.npy", "new")]
+    assert rows(items) == [("v001.npy", "to do"), ("v002.npy", "to do"), ("w003.npy", "to do")]
     title = panel.findChild(QLabel, "worklist_title")
     assert isinstance(title, QLabel)
     assert title.text() == "recordings"
@@ -109,7 +109,7 @@ def test_the_filter_narrows_the_list_and_the_right_volume_opens(
     field = panel.findChild(QLineEdit, "worklist_filter")
     assert isinstance(field, QLineEdit)
     qtbot.keyClicks(field, "W0")
-    assert rows(items) == [("w003.npy", "new")]
+    assert rows(items) == [("w003.npy", "to do")]
     items.setCurrentIndex(items.model().index(0, 0))
     open_with(qtbot, three, 2, lambda: qtbot.keyClick(items, Qt.Key.Key_Return))
     field.clear()
