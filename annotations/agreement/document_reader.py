@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 from annotations.agreement.documents_read import DocumentRead, name_of_volume
-from annotations.agreement.found_files import seems_annotation
+from annotations.agreement.found_files import begins_like_annotation
 from annotations.agreement.part_table import PartTable
 from annotations.agreement.results import LeftOut
 from annotations.documents.annotation import Annotation
-from annotations.documents.files import completed, load_annotation, tool_of
+from annotations.documents.files import load_annotation, tool_of
 from annotations.documents.record import Method
 from annotations.documents.study import CONSENSUS, AnnotationName, Study, annotation_name
 from annotations.errors import UserError
@@ -72,64 +72,51 @@ class DocumentReader:
     def read(self, relative: str) -> None:
         """Read a file, given relative to the folder; one that is no annotation at all is passed over."""
         path = self._folder / relative
-        if not seems_annotation(path):
+        name = annotation_name(path)
+        if name is None and not begins_like_annotation(path):
             return
         try:
-            name = self._name_in_study(path)
+            if self._study is not None:
+                self._check_name(name, path)
             document, sha256 = load_annotation(path)
-            self._check(document, path, name)
-            self.documents.append(self._read(document, relative, sha256, name))
+            self._check(document)
+            if self._study is None or name is None:
+                volume = document.volume.fingerprint
+            else:
+                _check_place(document, path, name)
+                volume = name.volume_id
+            self.documents.append(self._read(document, relative, sha256, volume))
         except _Unsuited as reason:
             self.left_out.append(LeftOut(path=relative, reason=str(reason)))
         except UserError as error:
             self.left_out.append(LeftOut(path=relative, reason=_in_words(error, path)))
 
-    def _name_in_study(self, path: Path) -> AnnotationName | None:
-        """Return what a file's name says in a study, None elsewhere; some files need not be opened."""
-        if self._study is None:
-            return None
-        name = annotation_name(path)
+    def _check_name(self, name: AnnotationName | None, path: Path) -> None:
+        """Say of some of a study's files that they need not be opened."""
         if name is None:
             raise _Unsuited(_OTHER_NAME)
         if path.parent.name == CONSENSUS:
             raise _Unsuited(_CONSENSUS)
         if name.volume_id not in self._volume_ids:
             raise _Unsuited(f"the study has no volume {name.volume_id!r}")
-        return name
 
-    def _check(self, document: Annotation, path: Path, name: AnnotationName | None) -> None:
-        if name is not None:
-            person = path.parent.name
-            if _folded(document.annotator) != _folded(person):
-                raise _Unsuited(
-                    f"it lies in the folder of {person!r}, and its annotator is {document.annotator!r}"
-                )
-            if (document.method, document.repeat) != (name.method, name.repeat):
-                raise _Unsuited(
-                    f"its name says {name.method}, repeat {name.repeat}, "
-                    f"and its content {document.method}, repeat {document.repeat}"
-                )
+    def _check(self, document: Annotation) -> None:
         if document.annotator == CONSENSUS or document.consensus_of:
             raise _Unsuited(_CONSENSUS)
         if self._done_only and document.status != "done":
             raise _Unsuited("it is not marked as done")
 
-    def _read(
-        self, document: Annotation, relative: str, sha256: str, name: AnnotationName | None
-    ) -> DocumentRead:
+    def _read(self, document: Annotation, relative: str, sha256: str, volume_key: str) -> DocumentRead:
         tool_key = self._tool_key(document)
-        tool = self.tools[tool_key]
-        known = tool.keypoint_names if document.method == "keypoints" else [link.name for link in tool.links]
-        if any(part.name not in known for part in document.parts):
-            # It says which.
-            completed(document, tool)
-        table = self.tables.setdefault((tool_key, document.method), PartTable(document.method, tool))
+        table = self.tables.get((tool_key, document.method))
+        if table is None:
+            table = self.tables[tool_key, document.method] = PartTable(document.method, self.tools[tool_key])
         volume = document.volume
         return DocumentRead(
             path=relative,
             sha256=sha256,
             tool_key=tool_key,
-            volume=self._once(volume.fingerprint if name is None else name.volume_id),
+            volume=self._once(volume_key),
             volume_name=self._once(name_of_volume(volume.path, volume.dataset)),
             fingerprint=self._once(volume.fingerprint),
             spacing_um=self._once(volume.spacing_um),
@@ -164,6 +151,18 @@ class DocumentReader:
 
     def _once(self, value: H) -> H:
         return cast("H", self._kept.setdefault(value, value))
+
+
+def _check_place(document: Annotation, path: Path, name: AnnotationName) -> None:
+    """Say of a document that it is not what a study has at its place."""
+    person = path.parent.name
+    if document.annotator != person and _folded(document.annotator) != _folded(person):
+        raise _Unsuited(f"it lies in the folder of {person!r}, and its annotator is {document.annotator!r}")
+    if (document.method, document.repeat) != (name.method, name.repeat):
+        raise _Unsuited(
+            f"its name says {name.method}, repeat {name.repeat}, "
+            f"and its content {document.method}, repeat {document.repeat}"
+        )
 
 
 def _folded(name: str) -> str:

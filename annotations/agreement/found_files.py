@@ -4,10 +4,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from annotations.documents.study import annotation_name
-
 _FAMILY = b"oct-annotation/"
-# The schema is the first field of an annotation that this program wrote.
 _LOOKED_AT_BYTES = 2**16
 
 
@@ -38,10 +35,8 @@ def _json_names(names: list[str]) -> list[str]:
     return sorted(name for name in names if name.endswith(".json"))
 
 
-def seems_annotation(path: Path) -> bool:
-    """Say whether a file is named like an annotation of a study, or begins like an annotation."""
-    if annotation_name(path) is not None:
-        return True
+def begins_like_annotation(path: Path) -> bool:
+    """Say whether a file may be an annotation, whatever its name: by its first field, which is the schema."""
     try:
         with path.open("rb") as file:
             return _FAMILY in file.read(_LOOKED_AT_BYTES)

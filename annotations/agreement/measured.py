@@ -34,13 +34,14 @@ class Measured:
     values: NDArray[np.float64]
 
 
-def target_names(tool: ToolSpecification) -> tuple[str, ...]:
-    """Return the names of a tool's targets, in the order in which they are shown."""
-    return (
-        *(("position_um",) if tool.targets.position else ()),
-        *(("orientation_deg",) if tool.targets.orientation else ()),
-        *(f"{angle.name}_deg" for angle in tool.targets.angles),
-    )
+def target_metrics(tool: ToolSpecification) -> Mapping[str, Metric]:
+    """Return the metric of each of a tool's targets, by name, in the order in which they are shown."""
+    metrics: dict[str, Metric] = {}
+    if tool.targets.position:
+        metrics["position_um"] = "distance"
+    if tool.targets.orientation:
+        metrics["orientation_deg"] = "angle"
+    return metrics | dict.fromkeys((f"{angle.name}_deg" for angle in tool.targets.angles), "difference")
 
 
 def measured_targets(compared: Compared, tool: ToolSpecification) -> Mapping[str, Measured]:
@@ -49,13 +50,9 @@ def measured_targets(compared: Compared, tool: ToolSpecification) -> Mapping[str
     A target is missing where one of its keypoints does not count, or where a direction has no length.
     """
     arrays = target_arrays(compared.positions_um, tool)
-    values: list[tuple[Metric, NDArray[np.float64]]] = []
+    values = {f"{name}_deg": angles_deg[..., np.newaxis] for name, angles_deg in arrays.angles_deg.items()}
     if arrays.position_um is not None:
-        values.append(("distance", arrays.position_um))
+        values["position_um"] = arrays.position_um
     if arrays.orientation is not None:
-        values.append(("angle", arrays.orientation))
-    values.extend(("difference", angle_deg[..., np.newaxis]) for angle_deg in arrays.angles_deg.values())
-    return {
-        name: Measured(name, metric, array)
-        for name, (metric, array) in zip(target_names(tool), values, strict=True)
-    }
+        values["orientation_deg"] = arrays.orientation
+    return {name: Measured(name, metric, values[name]) for name, metric in target_metrics(tool).items()}

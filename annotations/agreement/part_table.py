@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from annotations.agreement.standing import STANDINGS, is_doubtful, standing
-from annotations.documents.annotation import Annotation, BoxAnnotation, KeypointAnnotation, Part
+from annotations.documents.annotation import (
+    Annotation,
+    BoxAnnotation,
+    Certainty,
+    Part,
+    Source,
+    State,
+)
+from annotations.documents.files import completed
 from annotations.documents.record import Method
 from annotations.geometry.boxes import box_ends_um
 from annotations.geometry.tool import ToolSpecification
@@ -60,25 +68,29 @@ class PartTable:
         self._numbers = array("d")
         self._standing = array("B")
         self._doubtful = array("B")
+        self._no_numbers = (np.nan,) * _NUMBERS[method]
+        # Few kinds of parts stand in many documents.
+        self._codes: dict[tuple[Source | None, State, Certainty], tuple[int, bool]] = {}
         self._length = 0
 
     def add(self, document: Annotation) -> int:
-        """Append a document that has no parts but the tool's, and return its row."""
-        parts: dict[str, Part] = {part.name: part for part in document.parts}
-        for name in self._names:
-            part = parts.get(name)
-            self._standing.append(_NO_POSITION if part is None else STANDINGS.index(standing(part)))
-            self._doubtful.append(part is not None and is_doubtful(part))
-            self._numbers.extend(self._numbers_of(part))
+        """Append a document, and return its row.
+
+        DocumentError where it has a part that the tool does not.
+        """
+        parts = document.parts
+        if tuple(part.name for part in parts) != self._names:
+            parts = completed(document, self._tool).parts
+        for part in parts:
+            kind = (part.source, part.state, part.certainty)
+            if kind not in self._codes:
+                self._codes[kind] = STANDINGS.index(standing(part)), is_doubtful(part)
+            code, doubtful = self._codes[kind]
+            self._standing.append(code)
+            self._doubtful.append(doubtful)
+            self._numbers.extend(_numbers_of(part) or self._no_numbers)
         self._length += 1
         return self._length - 1
-
-    def _numbers_of(self, part: Part | None) -> Sequence[float]:
-        if isinstance(part, BoxAnnotation) and part.box is not None:
-            return (*part.box.center_um, part.box.size_um[0], *part.box.rotation_wxyz)
-        if isinstance(part, KeypointAnnotation) and part.position_um is not None:
-            return part.position_um
-        return (np.nan,) * _NUMBERS[self._method]
 
     def standings(self, rows: Sequence[int]) -> NDArray[np.uint8]:
         """Return how the parts of some documents stand, (N, parts), as indices into `STANDINGS`."""
@@ -112,3 +124,11 @@ class PartTable:
 
     def _by_row(self, flat: NDArray[N], *of_each: int) -> NDArray[N]:
         return flat.reshape(self._length, len(self._names), *of_each)
+
+
+def _numbers_of(part: Part) -> Sequence[float] | None:
+    if not isinstance(part, BoxAnnotation):
+        return part.position_um
+    if part.center_um is None or part.size_um is None or part.rotation_wxyz is None:
+        return None
+    return (*part.center_um, part.size_um[0], *part.rotation_wxyz)

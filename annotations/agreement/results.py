@@ -245,10 +245,10 @@ class Counts(Record):
     not_blind : int
         Documents whose author had seen the others' before; they are not among the main figures.
     keypoints_counted, keypoints_doubtful : int
-        Those in the figures, and those of them that a person placed as occluded, out of view or unsure.
+        Those of the main figures, and those of them that a person placed as occluded, out of view or unsure.
     keypoints_without_position, keypoints_fitted, keypoints_predicted, keypoints_derived,
     keypoints_synthesized : int
-        Left out, because nobody placed them where they are.
+        Those of the same documents that are left out, because nobody placed them where they are.
     """
 
     documents: int = 0
