@@ -49,7 +49,7 @@ def _in_words(exported: Exported) -> str:
     volumes = ", ".join(f"{count} {split}" for split, count in exported.volumes.items())
     lines = [
         str(exported.path),
-        f"  {exported.rows} rows by {exported.method}; volumes: {volumes}",
+        f"  {exported.rows} row{'s' if exported.rows > 1 else ''} by {exported.method}; volumes: {volumes}",
     ]
     for kind, words in (
         ("unannotated", "volumes that nobody has annotated"),

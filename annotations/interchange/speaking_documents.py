@@ -177,9 +177,7 @@ def _of_volume(
     documents = [one for one in found if isinstance(one, SpeakingDocument)]
     if not choice.every and len(documents) > 1:
         names = ", ".join(document.annotator for document in documents)
-        reason = (
-            f"{names} have annotated it; make the consensus, name one of them, or ask for every annotation"
-        )
+        reason = f"{names} have annotated it, and there is no consensus"
         yield LeftOut(volume.id, "several", reason)
         found = [one for one in found if isinstance(one, LeftOut)]
     elif not choice.every and any(isinstance(one, LeftOut) and one.kind == "unusable" for one in found):

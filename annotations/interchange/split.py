@@ -91,4 +91,4 @@ def _groups(volumes: Sequence[tuple[str, str]]) -> list[set[tuple[str, str]]]:
 
 def _drawn(seed: int, fingerprint: str) -> str:
     """Return text whose order looks random; no generator's version can change it."""
-    return hashlib.sha256(f"{seed}\n{fingerprint}".encode()).hexdigest()
+    return hashlib.sha256(f"{seed}\n{fingerprint}".encode("utf-8", "surrogatepass")).hexdigest()
