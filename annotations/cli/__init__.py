@@ -70,6 +70,8 @@ def _command(name: str) -> Callable[[argparse.Namespace], int]:
             from annotations.cli.check import run
         case "study":
             from annotations.cli.study import run
+        case "agreement":
+            from annotations.cli.agreement import run
         case "export":
             from annotations.cli.export import run
         case "landmarks":
@@ -146,6 +148,7 @@ def _parser() -> argparse.ArgumentParser:
     )
 
     _add_study(commands)
+    _add_agreement(commands)
     _add_export(commands)
     _add_landmarks(commands)
 
@@ -227,6 +230,40 @@ def _add_study(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     study.add_argument("--add-annotators", nargs="+", metavar="NAME", help="annotators to add")
 
 
+def _add_agreement(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    agreement = _add(
+        commands,
+        "agreement",
+        "how far apart the annotators are",
+        "Compare the annotators of a study, or of any folder of annotation files; the volumes are not "
+        "needed. Without an option for a file, the deviations are printed: per target and method the mean "
+        "over the volumes with its 95 % confidence interval.",
+        json_help=None,
+    )
+    agreement.add_argument(
+        "study", type=Path, metavar="STUDY", help="the study's folder, or a folder of annotation files"
+    )
+    agreement.add_argument("--html", type=Path, metavar="FILE", help="write the report for a browser")
+    agreement.add_argument("--pdf", type=Path, metavar="FILE", help="write the report for print")
+    agreement.add_argument(
+        "--csv", type=Path, metavar="DIR", help="write all numbers as tables into a folder"
+    )
+    agreement.add_argument("--json", type=Path, metavar="FILE", help="write all numbers as one JSON object")
+    agreement.add_argument(
+        "--done-only", action="store_true", help="leave out annotations that are not marked as done"
+    )
+    agreement.add_argument(
+        "--seed", type=_at_least(0), default=0, metavar="S", help="of the bootstrap (%(default)s)"
+    )
+    agreement.add_argument(
+        "--resamples",
+        type=_at_least(100),
+        default=2000,
+        metavar="N",
+        help="how often volumes are drawn again for an interval (%(default)s)",
+    )
+
+
 def _add_export(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     export = _add(
         commands,
@@ -303,10 +340,11 @@ def _add(
     name: str,
     summary: str,
     description: str,
-    json_help: str = "print one JSON object per file, each on a line of its own",
+    json_help: str | None = "print one JSON object per file, each on a line of its own",
 ) -> argparse.ArgumentParser:
     command = commands.add_parser(name, help=summary, description=description)
-    command.add_argument("--json", action="store_true", help=json_help)
+    if json_help is not None:
+        command.add_argument("--json", action="store_true", help=json_help)
     command.set_defaults(misuse=command.error)
     return command
 

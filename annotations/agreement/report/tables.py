@@ -1,0 +1,444 @@
+"""The tables of a report, as text in cells."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from annotations.agreement.report.contents import Table
+from annotations.agreement.report.labels import (
+    METHODS,
+    NOTHING,
+    STATISTICS,
+    counted,
+    duration,
+    estimate,
+    interval,
+    label_of,
+    listed,
+    methods_of,
+    number,
+    p_value,
+    ratio,
+    signed_number,
+    unit_of,
+    with_unit,
+)
+from annotations.agreement.results import Agreement, Estimate, Figures, StatisticName, Statistics
+from annotations.documents.record import Method
+
+MOST_ROWS = 200
+"""Of a table of files, volumes or pairs; the CSV files hold all."""
+WORST_VOLUMES = 20
+
+
+def main_table(agreement: Agreement) -> Table:
+    """Return the deviations in the layout in which they were published: targets by methods."""
+    return _targets_by_methods(
+        agreement,
+        ("published",),
+        "Deviation from the mean of all annotators: mean over the volumes [95 % confidence interval].",
+        dict(agreement.methods),
+        is_main=True,
+    )
+
+
+def all_statistics_table(agreement: Agreement) -> Table:
+    """Return all three statistics, targets by methods."""
+    return _targets_by_methods(
+        agreement,
+        tuple(STATISTICS),
+        "The three statistics: mean over the volumes [95 % confidence interval].",
+        dict(agreement.methods),
+    )
+
+
+def spread_table(agreement: Agreement) -> Table:
+    """Return mean, standard deviation and number of volumes of each statistic."""
+    rows = [
+        (
+            f"{label_of(target)}, {STATISTICS[name].lower()}",
+            METHODS[method],
+            unit_of(target),
+            number(value.mean, unit_of(target)),
+            number(value.sd, unit_of(target)),
+            interval(value.ci95, unit_of(target)) or NOTHING,
+            f"{value.n:,}",
+        )
+        for target in agreement.targets
+        for name in STATISTICS
+        for method in methods_of(agreement)
+        for value in [_statistic(agreement.methods[method], target, name)]
+    ]
+    return Table(
+        "Every statistic with its standard deviation (n − 1) over the volumes and their number n.",
+        ("Target and statistic", "Method", "Unit", "Mean", "SD", "95 % interval", "n"),
+        tuple(rows),
+        words=frozenset({1, 2}),
+    )
+
+
+def variant_table(agreement: Agreement, variant: str, caption: str) -> Table | None:
+    """Return all three statistics of another selection of points or documents; None where there is none.
+
+    Parameters
+    ----------
+    variant : str
+        ``without_doubtful`` or ``with_not_blind``, as `MethodResult` names them.
+    """
+    figures: dict[Method, Figures] = {
+        method: found
+        for method in methods_of(agreement)
+        if (found := getattr(agreement.methods[method], variant)) is not None
+    }
+    return _targets_by_methods(agreement, tuple(STATISTICS), caption, figures) if figures else None
+
+
+def counts_table(agreement: Agreement) -> Table:
+    """Return what was compared and what was set aside, by method."""
+    methods = methods_of(agreement)
+    lines = (
+        ("Annotations compared (first passes)", "documents"),
+        ("… of them not marked as done; they are compared", "unfinished"),
+        ("… of them made after seeing others' work; left out of the main figures", "not_blind"),
+        ("Volumes with any annotation", "volumes"),
+        ("Volumes with at least two annotators", "volumes_compared"),
+        ("Points counted", "keypoints_counted"),
+        ("… of them placed as occluded, out of view or unsure", "keypoints_doubtful"),
+        ("Points left out: without a position", "keypoints_without_position"),
+        ("Points left out: filled in from a fit", "keypoints_fitted"),
+        ("Points left out: predicted by a network", "keypoints_predicted"),
+        ("Points left out: derived from the other method", "keypoints_derived"),
+        ("Points left out: known from a simulation", "keypoints_synthesized"),
+    )
+    rows = [
+        (label, *(f"{getattr(agreement.methods[method].counts, field):,}" for method in methods))
+        for label, field in lines
+    ]
+    return Table(
+        "What was compared. “Points” are keypoints; a box stands for the two keypoints at its ends.",
+        ("", *(METHODS[method] for method in methods)),
+        tuple(rows),
+    )
+
+
+def left_out_table(agreement: Agreement) -> Table | None:
+    """Return the files that could not be compared, with reasons."""
+    if not agreement.left_out:
+        return None
+    shown = agreement.left_out[:MOST_ROWS]
+    return Table(
+        f"Files that were left out{_cut(len(agreement.left_out))}.",
+        ("File", "Reason"),
+        tuple((each.path, each.reason) for each in shown),
+        words=frozenset({1}),
+    )
+
+
+def annotators_table(agreement: Agreement, method: Method) -> Table:
+    """Return how much each annotator did, how far from the others, and how fast."""
+    rows = [
+        (
+            each.annotator,
+            f"{each.documents:,}",
+            f"{each.done:,}",
+            *(_estimate(each.deviation, target) for target in agreement.targets),
+            f"{len(each.outliers):,}",
+            duration(each.active_seconds.mean),
+        )
+        for each in agreement.methods[method].annotators
+    ]
+    return Table(
+        f"{METHODS[method]}: leave-one-out deviation of each annotator, that is the distance from the mean "
+        "of the others, mean over the volumes [95 % confidence interval]; outliers; and active time on a "
+        "volume.",
+        (
+            "Annotator",
+            "Annotations",
+            "Done",
+            *map(with_unit, agreement.targets),
+            "Outliers",
+            "Time per volume",
+        ),
+        tuple(rows),
+    )
+
+
+def bias_table(agreement: Agreement, method: Method) -> Table:
+    """Return the signed mean difference of each annotator from the mean of the others, by component."""
+    rows = []
+    for each in agreement.methods[method].annotators:
+        cells = []
+        for component in agreement.components:
+            value, unit = each.bias.get(component, Estimate()), unit_of(component)
+            cells.append(f"{signed_number(value.mean, unit)} {interval(value.ci95, unit)}".strip())
+        rows.append((each.annotator, *cells))
+    return Table(
+        f"{METHODS[method]}: bias of each annotator, the signed mean difference from the mean of the others "
+        "[95 % confidence interval].",
+        ("Annotator", *map(with_unit, agreement.components)),
+        tuple(rows),
+    )
+
+
+def outliers_table(agreement: Agreement, method: Method) -> Table | None:
+    """Return the volumes that an annotator has much further from the others than usual."""
+    found = [
+        (each.annotator, outlier)
+        for each in agreement.methods[method].annotators
+        for outlier in each.outliers
+    ]
+    if not found:
+        return None
+    rows = [
+        (
+            annotator,
+            outlier.volume,
+            with_unit(outlier.target),
+            number(outlier.value, unit_of(outlier.target)),
+            number(outlier.limit, unit_of(outlier.target)),
+        )
+        for annotator, outlier in found[:MOST_ROWS]
+    ]
+    return Table(
+        f"{METHODS[method]}: outliers, where an annotator is much further from the mean of the others than "
+        f"usual{_cut(len(found))}.",
+        ("Annotator", "Volume", "Target", "Distance", "Limit"),
+        tuple(rows),
+        words=frozenset({1, 2}),
+    )
+
+
+def keypoints_table(agreement: Agreement, method: Method) -> Table:
+    """Return the deviation at each keypoint, whole, along and across its link."""
+    rows = []
+    for name, keypoint in agreement.methods[method].keypoints.items():
+        whole = keypoint.distance_um
+        parts = [part.published if part else Estimate() for part in (keypoint.along_um, keypoint.across_um)]
+        estimates = [whole.published, whole.leave_one_out, whole.pairwise, *parts]
+        rows.append((name, *(estimate(each, "µm") for each in estimates), f"{whole.published.n:,}"))
+    return Table(
+        f"{METHODS[method]}: deviation at each keypoint in µm, mean over the volumes [95 % confidence "
+        "interval]. The parts along and across the axis of the keypoint's link are those of the deviation "
+        "from the mean of all.",
+        ("Keypoint", "From the mean of all", "Leave-one-out", "Pairwise", "Along", "Across", "n"),
+        tuple(rows),
+    )
+
+
+def pairs_table(agreement: Agreement, method: Method) -> Table | None:
+    """Return bias and limits of agreement of each pair of annotators, by component; the widest first."""
+    found = [
+        (pair, component, limits)
+        for component in agreement.components
+        for pair in sorted(
+            agreement.methods[method].pairs,
+            key=lambda pair: (
+                -((pair.components[component].sd or 0.0) if component in pair.components else 0.0)
+            ),
+        )
+        if (limits := pair.components.get(component)) is not None and limits.n
+    ]
+    if not found:
+        return None
+    rows = []
+    for pair, component, limits in found[:MOST_ROWS]:
+        unit = unit_of(component)
+        low, high = limits.limits or (None, None)
+        rows.append(
+            (
+                f"{pair.first} − {pair.second}",
+                with_unit(component),
+                f"{signed_number(limits.bias, unit)} {interval(limits.bias_ci95, unit)}".strip(),
+                number(limits.sd, unit),
+                f"{number(low, unit)} {interval(limits.low_ci95, unit)}".strip(),
+                f"{number(high, unit)} {interval(limits.high_ci95, unit)}".strip(),
+                f"{limits.n:,}",
+            )
+        )
+    return Table(
+        f"{METHODS[method]}: Bland–Altman limits of agreement of each pair, the first minus the second [95 "
+        f"% confidence intervals]; of each component the widest first{_cut(len(found))}.",
+        ("Pair", "Component", "Bias", "SD", "Lower limit", "Upper limit", "n"),
+        tuple(rows),
+        words=frozenset({1}),
+    )
+
+
+def reliability_table(agreement: Agreement) -> Table | None:
+    """Return the intraclass correlations, components by methods."""
+    methods = [method for method in methods_of(agreement) if agreement.methods[method].reliability]
+    if not methods:
+        return None
+    rows = []
+    for component in agreement.components:
+        cells: list[str] = []
+        for method in methods:
+            found = agreement.methods[method].reliability.get(component)
+            ends = found.ci95 if found else None
+            shown = f" [{ratio(ends[0])}, {ratio(ends[1])}]" if ends else ""
+            cells += [ratio(found.icc if found else None) + shown, f"{found.n:,}" if found else "0"]
+        rows.append((label_of(component), *cells))
+    return Table(
+        "Intraclass correlation ICC(2,1) of each component [95 % confidence interval], and the number n of "
+        "volumes that all of the compared annotators did. It has no unit; 1 is perfect agreement.",
+        ("Component", *(column for _ in methods for column in ("ICC(2,1)", "n"))),
+        tuple(rows),
+        groups=(("", 1), *((METHODS[method], 2) for method in methods)),
+    )
+
+
+def intra_table(agreement: Agreement) -> Table | None:
+    """Return how far annotators are from themselves."""
+    rows = [
+        (
+            each.annotator or "All together",
+            METHODS[method],
+            *(_estimate(each.targets, target) for target in agreement.targets),
+            f"{max((value.n for value in each.targets.values()), default=0):,}",
+        )
+        for method in methods_of(agreement)
+        for each in agreement.methods[method].intra
+    ]
+    if not rows:
+        return None
+    return Table(
+        "Deviation of annotators from themselves: mean distance between repeated passes over the same "
+        "volume [95 % confidence interval].",
+        ("Annotator", "Method", *map(with_unit, agreement.targets), "n"),
+        tuple(rows),
+        words=frozenset({1}),
+    )
+
+
+def comparison_table(agreement: Agreement) -> Table | None:
+    """Return keypoints against boxes."""
+    if not agreement.method_comparison:
+        return None
+    rows = []
+    for target in agreement.targets:
+        if (found := agreement.method_comparison.get(target)) is not None:
+            unit, value = unit_of(target), found.difference
+            rows.append(
+                (
+                    with_unit(target),
+                    f"{signed_number(value.mean, unit)} {interval(value.ci95, unit)}".strip(),
+                    f"{value.n:,}",
+                    found.test,
+                    p_value(found.p_value),
+                    ratio(found.effect),
+                )
+            )
+    return Table(
+        "Keypoints minus bounding boxes on the same volumes, in the deviation from the mean of all: mean "
+        "difference [95 % confidence interval], paired test, and effect (matched-pairs rank-biserial "
+        "correlation; 1 where keypoints are further apart on every volume, −1 where boxes are).",
+        ("Target", "Difference", "n", "Test", "p", "Effect"),
+        tuple(rows),
+        words=frozenset({3}),
+    )
+
+
+def volumes_table(agreement: Agreement, method: Method) -> Table | None:
+    """Return the volumes on which the annotators are furthest apart, with reasons."""
+    volumes = [volume for volume in agreement.methods[method].volumes if volume.targets]
+    if not volumes:
+        return None
+    worst = sorted(volumes, key=lambda volume: volume.rank, reverse=True)[:WORST_VOLUMES]
+    rows = [
+        (
+            volume.volume,
+            f"{len(volume.annotators)}",
+            *(number(volume.targets.get(target), unit_of(target)) for target in agreement.targets),
+            "; ".join(volume.reasons) or NOTHING,
+        )
+        for volume in worst
+    ]
+    first = len(agreement.targets) + 2
+    return Table(
+        f"{METHODS[method]}: the volumes on which the annotators are furthest apart, the worst first "
+        f"({len(worst)} of {counted(len(volumes), 'volume')}), with the deviation from the mean of all.",
+        ("Volume", "Annotators", *map(with_unit, agreement.targets), "Why"),
+        tuple(rows),
+        words=frozenset({first}),
+    )
+
+
+def turned_boxes_table(agreement: Agreement) -> Table | None:
+    """Return the boxes that are the same body in two senses of the hinge."""
+    found = [box for method in methods_of(agreement) for box in agreement.methods[method].turned_boxes]
+    if not found:
+        return None
+    return Table(
+        "Boxes that are the same body, one of them turned by 180° about its own x axis: the sense of the "
+        f"hinge differs{_cut(len(found))}.",
+        ("Volume", "Link", "Turned by"),
+        tuple((box.volume, box.link, listed(list(box.annotators))) for box in found[:MOST_ROWS]),
+        words=frozenset({1, 2}),
+    )
+
+
+def inputs_table(agreement: Agreement) -> Table:
+    """Return the annotation files that were read, with their fingerprints."""
+    return Table(
+        f"Annotation files that were read{_cut(len(agreement.inputs))}.",
+        ("File", "Annotator", "Status", "SHA-256"),
+        tuple(
+            (each.path, each.annotator, each.status.replace("_", " "), each.sha256)
+            for each in agreement.inputs[:MOST_ROWS]
+        ),
+        words=frozenset({1, 2, 3}),
+    )
+
+
+def _targets_by_methods(
+    agreement: Agreement,
+    names: Sequence[StatisticName],
+    caption: str,
+    figures: Mapping[Method, Figures],
+    *,
+    is_main: bool = False,
+) -> Table:
+    methods = [method for method in METHODS if method in figures]
+    rows = [
+        (
+            with_unit(target),
+            *(
+                estimate(_statistic(figures[method], target, name), unit_of(target))
+                for name in names
+                for method in methods
+            ),
+        )
+        for target in agreement.targets
+    ]
+    counts = [
+        _volumes(_statistic(figures[method], target, name) for target in agreement.targets)
+        for name in names
+        for method in methods
+    ]
+    return Table(
+        caption,
+        ("Target", *(METHODS[method] for _ in names for method in methods)),
+        (*rows, ("Volumes (n)", *counts)),
+        groups=(("", 1), *((STATISTICS[name], len(methods)) for name in names)) if len(names) > 1 else (),
+        is_main=is_main,
+    )
+
+
+def _statistic(figures: Figures, target: str, name: StatisticName) -> Estimate:
+    found: Estimate = getattr(figures.targets.get(target, Statistics()), name)
+    return found
+
+
+def _volumes(estimates: Iterable[Estimate]) -> str:
+    """Return over how many volumes; from the fewest to the most where targets differ in it."""
+    numbers = [value.n for value in estimates]
+    if not numbers:
+        return "0"
+    low, high = min(numbers), max(numbers)
+    return f"{low:,}" if low == high else f"{low:,} to {high:,}"
+
+
+def _estimate(values: Mapping[str, Estimate], name: str) -> str:
+    return estimate(values.get(name, Estimate()), unit_of(name))
+
+
+def _cut(count: int) -> str:
+    return f" (the first {MOST_ROWS} of {count:,}; the CSV files have all)" if count > MOST_ROWS else ""

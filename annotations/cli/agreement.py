@@ -1,0 +1,79 @@
+"""``annotations agreement``: how far apart annotators are, as a table and as a report."""
+
+import argparse
+from collections.abc import Sequence
+
+from annotations.agreement.comparison import agreement_of
+from annotations.agreement.report.contents import Table
+from annotations.agreement.report.exporting import export
+from annotations.agreement.report.outline import in_words, is_anything_compared
+from annotations.agreement.report.tables import counts_table, left_out_table, main_table
+from annotations.agreement.results import Agreement
+from annotations.app_folders import tool_folder
+from annotations.cli.output import complain, show_progress, write_text
+from annotations.errors import UserError
+
+_COMPARING_SHARE = 0.6
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compare, and write what was asked for; return the exit code: 1 where nothing could be compared."""
+    wishes = {name: getattr(arguments, name) for name in ("html", "csv", "json", "pdf")}
+    is_for_files = any(wishes.values())
+    share = _COMPARING_SHARE if is_for_files else 1.0
+    agreement = agreement_of(
+        arguments.study,
+        (tool_folder(),),
+        done_only=arguments.done_only,
+        resamples=arguments.resamples,
+        seed=arguments.seed,
+        progress=lambda done: show_progress(share * done) if share * done < 1 else None,
+    )
+    written = export(
+        agreement,
+        arguments.study if arguments.study.is_dir() else arguments.study.parent,
+        **wishes,
+        progress=lambda done: show_progress(share + (1 - share) * done),
+    )
+    if is_for_files:
+        write_text("\n".join(map(str, written)))
+    else:
+        write_text(_shown(agreement))
+    if not is_anything_compared(agreement):
+        complain(
+            UserError(
+                "nothing could be compared: no volume has annotations of two annotators by the same method",
+                where=arguments.study,
+                remedy="Let a second person annotate, or see what was left out, and why",
+            )
+        )
+        return 1
+    return 0
+
+
+def _shown(agreement: Agreement) -> str:
+    tables = [counts_table(agreement), left_out_table(agreement)]
+    if agreement.targets and agreement.methods:
+        tables.insert(0, main_table(agreement))
+    return "\n\n".join(
+        [f"{agreement.title}\n{in_words(agreement)}", *(_in_lines(table) for table in tables if table)]
+    )
+
+
+def _in_lines(table: Table) -> str:
+    """Return a table as text, its columns below each other."""
+    rows: Sequence[Sequence[str]] = (table.columns, *table.rows)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        [
+            table.caption,
+            *(
+                "  "
+                + "  ".join(
+                    cell.ljust(width) if place == 0 or place in table.words else cell.rjust(width)
+                    for place, (cell, width) in enumerate(zip(row, widths, strict=True))
+                ).rstrip()
+                for row in rows
+            ),
+        ]
+    )
