@@ -75,9 +75,7 @@ def read_fcsv(path: Path) -> tuple[Fiducial, ...]:
     columns = [name.strip() for name in header.get("columns", "").split(",")]
     absent = [name for name in _NEEDED if name not in columns]
     if absent:
-        raise FcsvError(
-            f"its header names no column {', '.join(absent)}", where=f"{path}", remedy=_EXPORT_AGAIN
-        )
+        raise FcsvError(f"its header names no column {', '.join(absent)}", where=path, remedy=_EXPORT_AGAIN)
     return tuple(
         _fiducial(line, columns, signs, f"{path}, line {number}")
         for number, line in enumerate(lines, start=1)

@@ -197,7 +197,7 @@ def _read(
         annotation, sha256 = load_annotation(candidate.path)
         if annotation.status != "done" and not choice.unfinished:
             return LeftOut(volume.id, "unfinished", f"{candidate.annotator}'s annotation is not done")
-        own_tool = tool_of(annotation, tool_folders)
+        own_tool = _tool_of(annotation, tool, tool_folders)
         annotation = completed(annotation, own_tool)
     except UserError as error:
         return LeftOut(
@@ -213,6 +213,16 @@ def _read(
     return SpeakingDocument(
         volume, candidate.annotator, candidate.name.repeat, candidate.path, sha256, annotation, own_tool
     )
+
+
+def _tool_of(
+    annotation: Annotation, usual: ToolSpecification, tool_folders: Sequence[Path]
+) -> ToolSpecification:
+    # Nearly all documents are of the study's tool, and looking for one reads every specification there is.
+    said = (annotation.tool, annotation.tool_copy)
+    if said == (usual.name, None) and annotation.tool_fingerprint in (None, usual.fingerprint):
+        return usual
+    return tool_of(annotation, tool_folders)
 
 
 def _meaning(tool: ToolSpecification) -> object:
