@@ -7,6 +7,7 @@ from PySide6.QtGui import QAction, QKeySequence, QPalette
 from PySide6.QtWidgets import QMainWindow, QMenu, QMenuBar, QToolBar
 
 from annotator.actions.action import Action
+from annotator.actions.changing import changes_document
 from annotator.actions.state import ActionState
 from annotator.actions.table import ACTIONS, MENUS, TOOL_BAR
 from annotator.looks.icons import has_icon, icon
@@ -87,7 +88,8 @@ class ActionSet(QObject):
             return
         self._drawn = state
         for entry in ACTIONS:
-            self._actions[entry.name].setEnabled(entry.when in state.met)
+            is_refused = state.is_read_only and changes_document(entry)
+            self._actions[entry.name].setEnabled(entry.when in state.met and not is_refused)
         for name, text in state.texts:
             self._actions[name].setText(text.replace("&", "&&"))
             self._actions[name].setVisible(bool(text))

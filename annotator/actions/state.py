@@ -23,17 +23,21 @@ class ActionState:
         Names of the checkable actions that are on.
     texts : tuple of (str, str)
         Names of actions and what they are called now; an empty text hides the action.
+    is_read_only : bool
+        Whether no action may change the document.
     """
 
     met: frozenset[When]
     checked: frozenset[str]
     texts: tuple[tuple[str, str], ...]
+    is_read_only: bool = False
 
 
 def state_of(session: Session, recent_paths: tuple[Path, ...]) -> ActionState:
     """Return how the actions look now, as far as the session decides it."""
     texts = (*_keypoint_texts(session), *_undo_texts(session), *_recent_texts(recent_paths))
-    return ActionState(frozenset(_met(session)), frozenset(_checked(session)), texts)
+    met, checked = frozenset(_met(session)), frozenset(_checked(session))
+    return ActionState(met, checked, texts, is_read_only=bool(session.read_only_reason))
 
 
 def _active(session: Session) -> Part | None:
@@ -66,6 +70,8 @@ def _met(session: Session) -> Iterator[When]:
             yield "next"
         if session.next_to_do() not in (None, index):
             yield "todo"
+    if session.studies.study is not None:
+        yield "study"
     if session.jobs.running:
         yield "jobs"
 

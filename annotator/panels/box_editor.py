@@ -272,9 +272,12 @@ class BoxEditor(QWidget):
         if part is None or box is None or spacing_um is None:
             self._draw_nothing()
             return
-        usable, is_free = not part.locked, part.link in self._session.view.free_links
+        is_read_only = bool(self._session.read_only_reason)
+        usable, is_free = not part.locked and not is_read_only, part.link in self._session.view.free_links
         if self._is_editing():
             state = _KEEPING
+        elif is_read_only:
+            state = "read-only"
         elif part.locked:
             state = "locked"
         elif part.box is None:

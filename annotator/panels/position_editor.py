@@ -113,9 +113,11 @@ class PositionEditor(QWidget):
                 field.show_nothing()
         else:
             keypoint = document.keypoint(name)
-            usable = not keypoint.locked
+            usable = not keypoint.locked and not self._session.read_only_reason
             if self._is_editing():
                 state = "Enter keeps it, Esc drops it"
+            elif self._session.read_only_reason:
+                state = "read-only"
             elif keypoint.locked:
                 state = "locked"
             elif keypoint.position_um is None:

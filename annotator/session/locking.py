@@ -18,6 +18,7 @@ from annotator.session.saving import SessionSaving
 _OPEN_ELSEWHERE = "It is open elsewhere: {}. Once it is closed there, open it here again to change it"
 _BEHIND = "Its file has just been changed, and is read again"
 _HOW_TO_SAVE = "Save it under another name to keep your own version"
+_HOW_TO_AGREE = "Agree with whoever has it on who goes on"
 
 
 class SessionLocking(SessionSaving):
@@ -86,7 +87,7 @@ class SessionLocking(SessionSaving):
         if path is None or path == self._file.path:
             self._locks.check()
             if self._read_only_reason:
-                raise SaveError(self._read_only_reason, remedy=_HOW_TO_SAVE)
+                raise SaveError(self._read_only_reason, remedy=self._way_out())
             super()._write(overwrite=overwrite, path=path)
             return
         if reason := self._reason_by_study(document, path):
@@ -122,4 +123,8 @@ class SessionLocking(SessionSaving):
         taken = f"It has been taken over meanwhile by {error.holder}"
         self._set_read_only(taken)
         kept = "; your unsaved edits are kept in the recovery file" if self.unsaved else ""
-        self.report(UserError(f"{taken}{kept}", remedy=_HOW_TO_SAVE))
+        self.report(UserError(f"{taken}{kept}", remedy=self._way_out()))
+
+    def _way_out(self) -> str:
+        # In blind work a document stays in its place.
+        return _HOW_TO_AGREE if self.is_blind else _HOW_TO_SAVE

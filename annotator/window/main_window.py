@@ -303,7 +303,8 @@ class MainWindow(QMainWindow):
 
     def _draw_title(self) -> None:
         label, title = self.session.volume_label, self.session.title
-        names = [f"{label}[*]"] if label else []
+        read_only = " (read-only)" if self.session.read_only_reason else ""
+        names = [f"{label}{read_only}[*]"] if label else []
         if title and label and title != label:
             names.append(title)
         self.setWindowTitle(" – ".join([*names, _TITLE]))
@@ -378,5 +379,6 @@ def _dropped_path(event: QDropEvent) -> Path | None:
     """Return the first local file or folder that is dragged, if there is one."""
     for url in event.mimeData().urls():
         if url.isLocalFile():
+        self._draw_actions()
             return Path(url.toLocalFile())
     return None

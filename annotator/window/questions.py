@@ -6,6 +6,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QDialog, QFileDialog, QWidget
 
+from annotations.documents.locks import LockHolder
 from annotations.documents.recovery import Recovery
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
@@ -57,6 +58,7 @@ class Questions(QObject):
         session.roll_requested.connect(self._on_session_roll_requested)
         session.calibrated.connect(self._on_session_calibrated)
         session.look_requested.connect(self._on_session_look_requested)
+        session.takeover_requested.connect(self._on_session_takeover_requested)
         session.overwrite_requested.connect(self._on_session_overwrite_requested)
         session.save_state_changed.connect(self._on_session_save_state_changed)
         session.error_raised.connect(self._on_session_error_raised)
@@ -262,6 +264,18 @@ class Questions(QObject):
         def on_dialog_accepted() -> None:
             if dialog.choice == "look":
                 self._session.open_path(path, looks_anyway=True)
+
+        dialog.accepted.connect(on_dialog_accepted)
+        self.show(dialog)
+
+    def _on_session_takeover_requested(self, holder: LockHolder) -> None:
+        from annotator.dialogs.takeover_dialog import TakeoverDialog  # late: few ask for it
+
+        dialog = TakeoverDialog(holder, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.choice == "take_over":
+                self._session.take_over(holder)
 
         dialog.accepted.connect(on_dialog_accepted)
         self.show(dialog)

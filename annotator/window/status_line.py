@@ -98,6 +98,8 @@ class StatusLine(QStatusBar):
         hint = ""
         if self._session.volume is None:
             hint = ""
+        elif self._session.read_only_reason:
+            hint = f"{self._session.read_only_reason}."
         elif view.overlays_hidden:
             hint = _ALL_HIDDEN
         elif view.preview is not None and view.preview.ray is not None:
@@ -135,6 +137,11 @@ class StatusLine(QStatusBar):
     def _draw_mode(self) -> None:
         self._mode.setVisible(self._session.volume is not None)
         mode = self._session.view.mode
+        self._mode.setToolTip(self._session.read_only_reason)
+        if self._session.read_only_reason:
+            self._mode.setText("Read-only")
+            _paint(self._mode, lambda colors: colors.warning, bold=True)
+            return
         self._mode.setText(_MODES[mode])
         changes = mode != "navigate"
         _paint(self._mode, (lambda colors: colors.placing) if changes else None, bold=changes)
@@ -151,8 +158,8 @@ class StatusLine(QStatusBar):
 
     def _draw_saved(self) -> None:
         path = self._session.annotation_path
-        self._saved.setVisible(path is not None)
         unsaved = self._session.unsaved
+        self._saved.setVisible(path is not None and (unsaved or not self._session.read_only_reason))
         self._saved.setText("Unsaved" if unsaved else "Saved")
         where = f"The annotation is kept in {'its study' if self._session.is_blind else path}"
         self._saved.setToolTip(f"{where}; unsaved edits are in the recovery file" if unsaved else where)
@@ -190,6 +197,9 @@ class StatusLine(QStatusBar):
         self._draw_all()
 
     def _on_session_save_state_changed(self) -> None:
+        # It may have become read-only, too.
+        self._draw_hint()
+        self._draw_mode()
         self._draw_saved()
 
 
