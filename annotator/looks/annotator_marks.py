@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap, QPolygonF
 
 from annotations.agreement.report.palette import annotator_look
@@ -103,6 +103,42 @@ def gathered(
         else:
             groups.append([index])
     return tuple(tuple(group) for group in groups)
+
+
+def covered(places: Sequence[tuple[float, float]]) -> QRectF:
+    """Return what marks at some places, in pixels, cover."""
+    left, top = (min(each) - MARK_RADIUS_PX for each in zip(*places, strict=True))
+    right, bottom = (max(each) + MARK_RADIUS_PX for each in zip(*places, strict=True))
+    return QRectF(left, top, right - left, bottom - top)
+
+
+def label_area(marks: QRectF, width_px: float, height_px: float, taken: Sequence[QRectF]) -> QRectF:
+    """Return where the initials of marks that lie together stand, if it can be on no other initials.
+
+    First to the lower left, where no name of a keypoint of one's own is.
+
+    Parameters
+    ----------
+    marks : QRectF
+        What the marks cover.
+    width_px, height_px : float
+        Of the initials.
+    taken : sequence of QRectF
+        The initials that have their places.
+    """
+    left, right = marks.left() - width_px, marks.right()
+    above, middle, below = marks.top() - height_px, marks.center().y() - height_px / 2, marks.bottom()
+    choices = [
+        QRectF(x, y, width_px, height_px)
+        for x, y in ((left, below), (left, middle), (right, below), (left, above), (right, middle))
+    ]
+    overlaps = [sum(_overlap(choice, other) for other in taken) for choice in choices]
+    return choices[overlaps.index(min(overlaps))]
+
+
+def _overlap(first: QRectF, second: QRectF) -> float:
+    both = first.intersected(second)
+    return both.width() * both.height()
 
 
 def _pen(color: QColor, width_px: float) -> QPen:

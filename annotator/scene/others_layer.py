@@ -5,13 +5,15 @@ from functools import partial
 
 import numpy as np
 import vtk
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFont, QImage, QPainter
 
 from annotator.looks.annotator_marks import (
     MARK_RADIUS_PX,
     annotator_color,
+    covered,
     gathered,
+    label_area,
     paint_annotator_mark,
     text_color,
 )
@@ -24,11 +26,14 @@ from annotator.session.differences import Difference
 from annotator.session.others import OtherAnnotation
 
 _MARK_PX = 4 * MARK_RADIUS_PX
-_GAP_PX = 8.0
 # Under one's own keypoints and their names, which count from 0.
 _BENEATH = -1
 
 Place = tuple[float, float]
+Mark = tuple[OtherAnnotation, Place]
+Drawn = tuple[Hashable, Callable[[], QImage], Place]
+"""What a picture depends on, how it is painted, and its upper left corner."""
+
 Look = tuple[Sequence[OtherAnnotation], Sequence[Difference], Picture, QFont]
 
 
@@ -61,12 +66,9 @@ class OthersLayer:
         self._shown = wanted
         self._edges.show(_box_edges(others), picture.ratio)
         self._lines.show(_difference_lines(lines), picture.ratio)
-        marks, labels = [], []
-        for at in _places_by_keypoint(others, picture):
-            marks += at
-            labels += [[at[index] for index in group] for group in gathered([place for _, place in at])]
-        self._marks.show([_mark(owner, place, picture) for owner, place in marks], picture)
-        self._labels.show([_label(group, font, picture) for group in labels], picture)
+        marks = list(_marks(others, picture))
+        self._marks.show([_drawn_mark(mark, picture) for mark in marks], picture)
+        self._labels.show(list(_drawn_labels(marks, font, picture)), picture)
 
 
 class _Pictures:
@@ -78,7 +80,7 @@ class _Pictures:
         self._painted: list[Hashable] = []
 
     def show(self, wanted: Sequence[tuple[Hashable, Callable[[], QImage], Place]], picture: Picture) -> None:
-        """Show pictures, each with what it depends on, how it is painted, and its upper left corner."""
+        """Show these pictures and no others."""
         while len(self._sprites) > len(wanted):
             self._renderer.RemoveViewProp(self._sprites.pop().actor)
             self._painted.pop()
@@ -95,37 +97,32 @@ class _Pictures:
             self._sprites[index].place(left_px, top_px, picture.height_px)
 
 
-def _places_by_keypoint(
-    others: Sequence[OtherAnnotation], picture: Picture
-) -> Iterator[list[tuple[OtherAnnotation, Place]]]:
-    """Yield for each keypoint whose it is and where it appears, without what is behind the eye."""
-    for name in dict.fromkeys(name for other in others for name in other.positions_um):
-        owners = [other for other in others if name in other.positions_um]
-        places = picture.project([other.positions_um[name] for other in owners])
-        yield [
-            (owner, (float(place[0]), float(place[1])))
-            for owner, place in zip(owners, places, strict=True)
-            if not np.isnan(place).any()
-        ]
+def _marks(others: Sequence[OtherAnnotation], picture: Picture) -> Iterator[Mark]:
+    """Yield whose keypoints appear where, without those behind the eye."""
+    owners = [other for other in others for _ in other.positions_um]
+    positions_um = [position_um for other in others for position_um in other.positions_um.values()]
+    for owner, place in zip(owners, picture.project(positions_um), strict=True):
+        if not np.isnan(place).any():
+            yield owner, (float(place[0]), float(place[1]))
 
 
-def _mark(
-    owner: OtherAnnotation, place: Place, picture: Picture
-) -> tuple[Hashable, Callable[[], QImage], Place]:
-    corner = (place[0] - _MARK_PX / 2, place[1] - _MARK_PX / 2)
-    return (owner.number, picture.ratio), partial(mark_picture, owner.number, picture.ratio), corner
+def _drawn_mark(mark: Mark, picture: Picture) -> Drawn:
+    owner, (x, y) = mark
+    paint = partial(mark_picture, owner.number, picture.ratio)
+    return (owner.number, picture.ratio), paint, (x - _MARK_PX / 2, y - _MARK_PX / 2)
 
 
-def _label(
-    group: Sequence[tuple[OtherAnnotation, Place]], font: QFont, picture: Picture
-) -> tuple[Hashable, Callable[[], QImage], Place]:
-    """Return the initials of those that lie together: to the lower left, where no name of one's own is."""
-    letters = tuple((owner.initials, owner.number) for owner, _ in group)
-    width_px = sum(text_size_px(text, font)[0] for text, _ in letters)
-    left_px = min(place[0] for _, place in group) - _GAP_PX - width_px
-    top_px = max(place[1] for _, place in group)
-    key = (letters, font.key(), picture.ratio)
-    return key, partial(initials_picture, letters, font, picture.ratio), (left_px, top_px)
+def _drawn_labels(marks: Sequence[Mark], font: QFont, picture: Picture) -> Iterator[Drawn]:
+    """Yield the initials of those whose marks lie together."""
+    taken: list[QRectF] = []
+    for group in gathered([place for _, place in marks]):
+        letters = tuple(dict.fromkeys((marks[index][0].initials, marks[index][0].number) for index in group))
+        widths_px, heights_px = zip(*(text_size_px(text, font) for text, _ in letters), strict=True)
+        around = covered([marks[index][1] for index in group])
+        taken.append(label_area(around, sum(widths_px), max(heights_px), taken))
+        key = (letters, font.key(), picture.ratio)
+        paint = partial(initials_picture, letters, font, picture.ratio)
+        yield key, paint, (taken[-1].left(), taken[-1].top())
 
 
 def mark_picture(number: int, ratio: float) -> QImage:

@@ -1,6 +1,6 @@
 """The session's agreement: how far apart the annotators of the open study or folder are, and its report."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -10,11 +10,13 @@ from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.annotation import Annotation
 from annotations.documents.permission import permission
-from annotations.documents.study import Study, study_folder_of
+from annotations.documents.study import Study, annotation_name, study_folder_of
 from annotations.errors import Cancelled, UserError
 from annotator.session.calibrating import annotated_folder
 from annotator.session.jobs import Job
+from annotator.session.remembered import Remembered
 from annotator.session.saving import SessionSaving
+from annotator.session.worklist import WorkItem
 
 if TYPE_CHECKING:
     from annotations.agreement.results import Agreement
@@ -33,6 +35,7 @@ HTML_NAME, CSV_NAME, JSON_NAME, PDF_NAME = (
 )
 """What a report's files, and the folder of its tables, are called."""
 
+_NEUTRAL = "A volume of this study"
 _REVIEWERS_EXPORT = "The report of this study is exported by its reviewers"
 
 
@@ -54,6 +57,11 @@ class Formats:
 class Agreeing(QObject):
     """Compares the annotators in the background; the last result stays until another folder is open.
 
+    Parameters
+    ----------
+    user_tool_folder : Path
+        Where tools are looked for besides those of the study and the shipped ones.
+
     Signals
     -------
     changed
@@ -68,8 +76,9 @@ class Agreeing(QObject):
     computed = Signal()
     exported = Signal(object)
 
-    def __init__(self, session: SessionSaving, parent: QObject | None = None) -> None:
+    def __init__(self, session: SessionSaving, user_tool_folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self._user_tool_folder = user_tool_folder
         self._session = session
         self._result: Agreement | None = None
         self._folder: Path | None = None
@@ -77,6 +86,8 @@ class Agreeing(QObject):
         self._is_stale = False
         self._computing: Job | None = None
         self._exporting: Job | None = None
+        self._ids: Remembered[Mapping[str, str]] = Remembered()
+        self._placed: Remembered[Mapping[str, int]] = Remembered()
         session.worklist_changed.connect(self._on_session_worklist_changed)
         session.document_changed.connect(self._on_session_document_changed)
 
@@ -84,6 +95,11 @@ class Agreeing(QObject):
     def result(self) -> "Agreement | None":
         """What was computed last for the folder that is open."""
         return self._result
+
+    @property
+    def folder(self) -> Path | None:
+        """What was compared, to which the paths in the result are relative."""
+        return self._folder
 
     @property
     def computed_at(self) -> datetime | None:
@@ -136,19 +152,27 @@ class Agreeing(QObject):
         """Whether volumes are shown by their neutral numbers alone."""
         return self._session.worklist.is_blind
 
+    @property
+    def open_volume(self) -> str | None:
+        """The name, in the result, of the volume that is open."""
+        places = {place: volume for volume, place in self._places().items()}
+        current = self._session.current_index
+        return None if current is None else places.get(current)
+
     def volume_label(self, volume: str) -> str:
         """Return how a volume of the result is called where it is shown to the person."""
-        index = self.index_of(volume)
-        if index is not None and self.is_blind:
-            return self._session.items[index].label
-        return "(another volume)" if self.is_blind else volume
+        if not self.is_blind:
+            return volume
+        place = self.index_of(volume)
+        return _NEUTRAL if place is None else self._session.items[place].label
 
     def index_of(self, volume: str) -> int | None:
         """Return where the first pass over a volume of the result stands among the session's items."""
-        for index, item in enumerate(self._session.items):
-            if item.repeat == 0 and volume == (item.volume_id or item.label):
-                return index
-        return None
+        return self._places().get(volume)
+
+    def _places(self) -> Mapping[str, int]:
+        ids = self._ids.result(_ids_by_volume, self._result)
+        return self._placed.result(_places_of, ids, self._session.items)
 
     def compute(self) -> None:
         """Compare the annotators, after what is open has been saved; ``computed`` follows."""
@@ -158,12 +182,12 @@ class Agreeing(QObject):
         if self._session.unsaved and not self._session.save():
             return
         worklist, folder = self._session.worklist, annotated_folder(self._session.worklist)
-        study, person = worklist.study, worklist.annotator
+        study, person, tools = worklist.study, worklist.annotator, self._user_tool_folder
         self.cancel()
         self._is_stale = False
         self._computing = self._session.jobs.start(
             "Comparing the annotators",
-            lambda progress, cancelled: _compared(folder, study, person, progress, cancelled),
+            lambda progress, cancelled: _compared(folder, study, person, tools, progress, cancelled),
             done=lambda result: self._take(result, folder),
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
@@ -253,6 +277,23 @@ class Agreeing(QObject):
             self.changed.emit()
 
 
+def _ids_by_volume(result: "Agreement | None") -> Mapping[str, str]:
+    """Return what files call the volumes of a result, by what the result calls them."""
+    names = {
+        each.volume: annotation_name(Path(each.path))
+        for each in (result.inputs if result is not None else ())
+    }
+    return {volume: name.volume_id for volume, name in names.items() if name is not None}
+
+
+def _places_of(ids: Mapping[str, str], items: tuple[WorkItem, ...]) -> Mapping[str, int]:
+    names = [annotation_name(item.annotation_path) for item in items]
+    first_passes = {
+        name.volume_id: place for place, name in enumerate(names) if name is not None and not name.repeat
+    }
+    return {volume: first_passes[known] for volume, known in ids.items() if known in first_passes}
+
+
 def _what(document: Annotation) -> tuple[object, ...]:
     return (document.volume, document.annotator, document.method, document.repeat)
 
@@ -261,6 +302,7 @@ def _compared(
     folder: Path,
     study: Study | None,
     person: str,
+    user_tool_folder: Path,
     progress: Callable[[float], None],
     cancelled: Callable[[], bool],
 ) -> "Agreement":
@@ -268,7 +310,7 @@ def _compared(
 
     if study is not None:
         _check_permission(study, folder, person, cancelled)
-    return agreement_of(folder, progress=progress, cancelled=cancelled)
+    return agreement_of(folder, (user_tool_folder,), progress=progress, cancelled=cancelled)
 
 
 def _check_permission(study: Study, folder: Path, person: str, cancelled: Callable[[], bool]) -> None:
@@ -291,7 +333,7 @@ def _written(
     progress: Callable[[float], None],
     cancelled: Callable[[], bool],
 ) -> tuple[Path, ...]:
-    from annotations.agreement.report.export import export  # late: few sessions export
+    from annotations.agreement.report.exporting import export  # late: few sessions export
 
     return export(
         result,

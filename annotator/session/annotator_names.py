@@ -9,15 +9,22 @@ from annotations.documents.study import CONSENSUS
 _LONGEST_TAIL = 2
 
 
-def in_order(names: Iterable[str], listed: Sequence[str] = ()) -> tuple[str, ...]:
+def in_order(names: Iterable[str], listed: Sequence[str] = (), last: Iterable[str] = ()) -> tuple[str, ...]:
     """Return annotators in the order in which they are shown: as they are listed, then by name.
 
-    The consensus of a study comes last: it is nobody's own.
+    Parameters
+    ----------
+    names : iterable of str
+        All of them.
+    listed : sequence of str
+        Those that come first, as far as they are among the names.
+    last : iterable of str
+        Those that come after all others, as the study's consensus does: it is nobody's own.
     """
-    known = set(names)
-    first = [name for name in dict.fromkeys(listed) if name in known and name != CONSENSUS]
-    rest = sorted(known - set(first) - {CONSENSUS})
-    return (*first, *rest, *({CONSENSUS} & known))
+    known, behind = set(names), {*last, CONSENSUS}
+    first = dict.fromkeys(name for name in listed if name in known)
+    ordered = [*first, *sorted(known - first.keys(), key=lambda name: (name.casefold(), name))]
+    return tuple(sorted(ordered, key=lambda name: name in behind))
 
 
 def initials(names: Sequence[str]) -> Mapping[str, str]:

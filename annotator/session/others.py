@@ -22,6 +22,7 @@ from annotations.errors import Cancelled, UserError
 from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
+from annotator.session.agreeing import Agreeing
 from annotator.session.annotator_names import in_order, initials
 from annotator.session.differences import Difference, differences
 from annotator.session.jobs import Job
@@ -73,8 +74,11 @@ class Others(QObject):
 
     changed = Signal()
 
-    def __init__(self, session: SessionState, seeing: Seeing, parent: QObject | None = None) -> None:
+    def __init__(
+        self, session: SessionState, seeing: Seeing, agreeing: Agreeing, parent: QObject | None = None
+    ) -> None:
         super().__init__(parent)
+        self._agreeing = agreeing
         self._session = session
         self._seeing = seeing
         self._shown: tuple[OtherAnnotation, ...] = ()
@@ -87,6 +91,7 @@ class Others(QObject):
         session.volume_changed.connect(self._on_session_volume_changed)
         session.view_changed.connect(self._on_session_view_changed)
         seeing.permission_changed.connect(self._on_seeing_permission_changed)
+        agreeing.computed.connect(self.reload)
 
     @property
     def is_wanted(self) -> bool:
@@ -146,7 +151,7 @@ class Others(QObject):
             return
         self._put_away("")
         self._loaded = wanted
-        listed = session.worklist.study.annotators if session.worklist.study is not None else ()
+        listed = self._listed()
         self._job = session.jobs.start(
             "Reading the other annotations",
             lambda _progress, cancelled: _read(path, tool, session.method, listed, cancelled),
@@ -154,6 +159,12 @@ class Others(QObject):
             failed=self._on_job_failed,
             shown=False,
         )
+
+    def _listed(self) -> tuple[str, ...]:
+        """Return the annotators in the order of the report, so that both draw them alike."""
+        result, study = self._agreeing.result, self._session.worklist.study
+        compared = result.annotators if result is not None else ()
+        return (*compared, *(study.annotators if study is not None else ()))
 
     def _refusal(self, path: Path) -> str:
         if self._session.worklist.study is None and study_folder_of(path) is not None:
@@ -233,26 +244,36 @@ def _read(
     if name is None or len(path.parents) < 3 or path.parents[1].name != "annotations":
         return _Read(None, ())
     me, folder = path.parent.name, path.parents[2]
-    people = in_order({me, *(each.parent.name for each in annotation_files(folder))}, listed)
-    short = initials(people)
     first_pass = AnnotationName(name.volume_id, method)
-    others = []
-    for number, person in enumerate(people):
+    people = {me, *(each.parent.name for each in annotation_files(folder))}
+    documents: dict[str, Annotation] = {}
+    for person in people - {me}:
         if cancelled():
             raise Cancelled
-        document = None if person == me else _document(folder, person, first_pass)
+        document = _document(folder, person, first_pass)
         if document is not None and document.tool == tool.name:
-            others.append(
-                OtherAnnotation(
-                    person,
-                    document,
-                    keypoint_positions_um(document, tool),
-                    document.placed_boxes,
-                    number,
-                    short[person],
-                )
-            )
-    return _Read(None if me == CONSENSUS else people.index(me), tuple(others))
+            documents[person] = document
+    # Nobody placed a synthetic volume's truth: the report leaves it out, and counts the others from 0.
+    nobodys = [person for person, document in documents.items() if _is_nobodys(document)]
+    ordered = in_order(people, listed, nobodys)
+    short = initials(ordered)
+    others = tuple(
+        OtherAnnotation(
+            person,
+            documents[person],
+            keypoint_positions_um(documents[person], tool),
+            documents[person].placed_boxes,
+            number,
+            short[person],
+        )
+        for number, person in enumerate(ordered)
+        if person in documents
+    )
+    return _Read(None if me == CONSENSUS else ordered.index(me), others)
+
+
+def _is_nobodys(document: Annotation) -> bool:
+    return all(part.source in (None, "synthesized") for part in document.parts)
 
 
 def _document(folder: Path, person: str, name: AnnotationName) -> Annotation | None:

@@ -7,9 +7,10 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
 from annotator.looks.annotator_marks import (
-    MARK_RADIUS_PX,
     annotator_color,
+    covered,
     gathered,
+    label_area,
     paint_annotator_mark,
     text_color,
 )
@@ -24,7 +25,6 @@ from annotator.slices.viewport import Viewport
 
 EDGE_WIDTH_PX = 1.5
 LINE_WIDTH_PX = 2.0
-_LABEL_GAP_PX = 3.0
 
 
 @dataclass(frozen=True)
@@ -115,30 +115,29 @@ def paint_other_marks(painter: QPainter, marks: Sequence[OtherMark]) -> None:
     for mark in sorted(marks, key=lambda one: one.nearness):
         painter.setOpacity(mark.opacity)
         paint_annotator_mark(painter, QPointF(mark.x, mark.y), mark.number, filled=mark.nearness > 0)
-    for name in dict.fromkeys(mark.keypoint for mark in marks):
-        at = [mark for mark in marks if mark.keypoint == name]
-        for group in gathered([(mark.x, mark.y) for mark in at]):
-            _paint_initials(painter, [at[index] for index in group])
+    taken: list[QRectF] = []
+    for group in gathered([(mark.x, mark.y) for mark in marks]):
+        taken.append(_paint_initials(painter, [marks[index] for index in group], taken))
     painter.setOpacity(1.0)
 
 
-def _paint_initials(painter: QPainter, group: Sequence[OtherMark]) -> None:
-    """Write initials to the lower left, where no name of one's own is."""
+def _paint_initials(painter: QPainter, group: Sequence[OtherMark], taken: Sequence[QRectF]) -> QRectF:
+    """Write the initials of those whose marks lie together, and return what they cover."""
     painter.setOpacity(max(mark.opacity for mark in group))
     metrics = painter.fontMetrics()
     gap = metrics.horizontalAdvance(" ") / 2
-    width = sum(metrics.horizontalAdvance(mark.initials) + gap for mark in group) - gap + 2 * PADDING_PX
-    right = min(mark.x for mark in group) - MARK_RADIUS_PX - _LABEL_GAP_PX
-    top = max(mark.y for mark in group) + _LABEL_GAP_PX
-    area = QRectF(right - width, top, width, metrics.height())
+    letters = dict.fromkeys((mark.initials, mark.number) for mark in group)
+    width = sum(metrics.horizontalAdvance(text) + gap for text, _ in letters) - gap + 2 * PADDING_PX
+    area = label_area(covered([(mark.x, mark.y) for mark in group]), width, metrics.height(), taken)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(BACKGROUND)
     painter.drawRoundedRect(area, 3.0, 3.0)
     left = area.left() + PADDING_PX
-    for mark in group:
-        painter.setPen(text_color(mark.number))
-        painter.drawText(QPointF(left, area.top() + metrics.ascent()), mark.initials)
-        left += metrics.horizontalAdvance(mark.initials) + gap
+    for text, number in letters:
+        painter.setPen(text_color(number))
+        painter.drawText(QPointF(left, area.top() + metrics.ascent()), text)
+        left += metrics.horizontalAdvance(text) + gap
+    return area
 
 
 def _paint_line(painter: QPainter, parts: Iterable[Line], color: QColor) -> None:

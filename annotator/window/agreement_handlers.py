@@ -1,0 +1,50 @@
+"""What the menu Tools does about the agreement of annotators: computes it, shows it, exports it."""
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtWidgets import QDockWidget, QWidget
+
+from annotator.session import Session
+from annotator.window.questions import Questions
+
+_REPORT_FOLDER = "agreement"
+_NOT_COMPUTED = "Compute the agreement first"
+
+
+class AgreementHandlers:
+    """Turns menu entries into wishes about the agreement.
+
+    Parameters
+    ----------
+    window : QWidget
+        Parent of the dialog.
+    dock : QDockWidget
+        The agreement's panel, which comes to the front when something is computed.
+    """
+
+    def __init__(self, session: Session, questions: Questions, window: QWidget, dock: QDockWidget) -> None:
+        self._session = session
+        self._questions = questions
+        self._window = window
+        self._dock = dock
+
+    def by_name(self) -> Mapping[str, Callable[[], object]]:
+        """Return the handlers by the names of their actions."""
+        return {"compute_agreement": self._compute, "export_agreement": self.export}
+
+    def export(self) -> None:
+        """Ask which forms of the report are wanted, and where; then write it."""
+        from annotator.dialogs.agreement_export_dialog import AgreementExportDialog  # late: few export
+
+        agreeing = self._session.agreeing
+        if agreeing.result is None or agreeing.folder is None or agreeing.export_refusal:
+            self._session.post_message(agreeing.export_refusal or _NOT_COMPUTED)
+            return
+        dialog = AgreementExportDialog(agreeing.folder / _REPORT_FOLDER, self._window)
+        dialog.accepted.connect(lambda: agreeing.export(dialog.folder, dialog.formats))
+        self._questions.show(dialog)
+
+    def _compute(self) -> None:
+        self._dock.setVisible(True)
+        self._dock.raise_()
+        self._session.agreeing.compute()
