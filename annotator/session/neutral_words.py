@@ -43,7 +43,7 @@ class NeutralWords:
         longest_first = sorted(self._labels, key=len, reverse=True)
         if longest_first:
             folders = "|".join(re.escape(folder) for folder in _folders(worklist))
-            before = rf"(?:(?:{folders})[/\\](?:[^\n'\"“”:]*[/\\])?|[^\s'\"“”]*[/\\])?"
+            before = rf"(?:(?:{folders})[/\\](?:[^\n'\"“”:]*?[/\\])??|[^\s'\"“”]*[/\\])?"
             names = "|".join(map(re.escape, longest_first))
             self._pattern = re.compile(rf"(?<!\w)({before})({names})({_ENDINGS})(?!\w)")
 
