@@ -4,7 +4,7 @@ import hashlib
 from dataclasses import dataclass
 
 from annotations.documents.record import Method
-from annotations.documents.study import Study, StudyVolume
+from annotations.documents.study import CONSENSUS, Study, StudyVolume
 
 # Of the stretch of the queue that each pass over a volume falls into: so two passes over one volume are never
 # next to each other.
@@ -34,17 +34,19 @@ def queue(study: Study, annotator: str, method: Method) -> tuple[QueuePlace, ...
 
     A shuffled order depends on the study's seed, the annotator, the method and the volumes' ids alone, so
     that everyone gets the same one again whichever way the volumes are listed. Repeats are spread among the
-    first passes: a volume that comes m times comes once in each m-th of its batch's queue.
+    first passes: a volume that comes m times comes once in each m-th of its batch's queue. The consensus is
+    settled once for each volume, in the order of the file.
     """
+    is_consensus = annotator == CONSENSUS
     passes = [
         (volume, repeat, position)
         for position, volume in enumerate(study.volumes)
-        for repeat in range(volume.repeats + 1)
+        for repeat in range(1 if is_consensus else volume.repeats + 1)
     ]
 
     def place(one: tuple[StudyVolume, int, int]) -> tuple[float, ...]:
         volume, repeat, position = one
-        if study.order == "listed":
+        if study.order == "listed" or is_consensus:
             return (volume.batch, repeat, position)
         drawn = _drawn(study.seed, annotator, method, volume.id, repeat)
         if volume.repeats:

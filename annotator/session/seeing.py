@@ -10,6 +10,7 @@ from annotations.documents.exposure import Exposure, exposure
 from annotations.documents.permission import FREE, Permission, permission, while_at_work
 from annotations.documents.provenance import Stamps, Viewing
 from annotations.documents.record import changed, now
+from annotations.documents.study import CONSENSUS
 from annotator.session.state import SessionState
 from annotator.session.worklist import Worklist
 
@@ -121,7 +122,9 @@ class Seeing(QObject):
         if document is not None and document.status != "done" and _is_annotators(worklist):
             # Its file may still say done, as long as an undo is not saved.
             return while_at_work(worklist.study)
-        return permission(worklist.study, worklist.folder, worklist.annotator, volume_id)
+        # Of whoever works here: the consensus is nobody's own.
+        person = self._session.person if worklist.annotator == CONSENSUS else worklist.annotator
+        return permission(worklist.study, worklist.folder, person, volume_id)
 
     def _volume_id(self) -> str | None:
         index = self._session.current_index

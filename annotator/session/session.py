@@ -25,11 +25,13 @@ from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
 from annotator.session.others import Others
+from annotator.session.settling import Settling
 from annotator.session.spacing_answer import SpacingAnswer
+from annotator.session.studies import Studies
 from annotator.session.study_paths import LookNeeded, neutral_label, read_path
 from annotator.session.view import View
 from annotator.session.volume_opener import VolumeOpener
-from annotator.session.worklist import Worklist, worklist_with
+from annotator.session.worklist import Worklist, read_worklist, worklist_with
 
 _NOTHING_ON_ITS_WAY: dict[str, Any] = {
     "preview": None,
@@ -60,8 +62,17 @@ class Session(SessionLocking):
         self._opener.failed.connect(self._on_opener_failed)
         self._opener.spacing_requested.connect(self.spacing_requested)
         self._opener.dataset_requested.connect(self.dataset_requested)
-        self.others = Others(self, self.seeing, self)
-        self.agreeing = Agreeing(self, self)
+        self.agreeing = Agreeing(self, options.user_tool_folder, self)
+        self.studies = Studies(
+            self.jobs,
+            lambda: self._worklist,
+            self.reread_worklist,
+            self._raise_error,
+            options.user_tool_folder,
+            self,
+        )
+        self.others = Others(self, self.seeing, self.agreeing, self)
+        self.settling = Settling(self, self._edit, self.open_list, self._raise_error, self)
 
     # Opening and closing
 
@@ -84,6 +95,24 @@ class Session(SessionLocking):
     def open_item(self, index: int) -> None:
         """Save what is open and open another item; what is open stays until the other one is ready."""
         self._open(self._destination()[0], index)
+
+    def open_list(self, annotator: str, method: Method, volume_id: str | None) -> None:
+        """Save what is open, and open somebody's list in the present study, at a volume or its first one."""
+        folder = self._worklist.folder
+
+        def on_read(worklist: Worklist) -> None:
+            ids = [item.volume_id for item in worklist.items]
+            if ids:
+                self._open(worklist, ids.index(volume_id) if volume_id in ids else worklist.first)
+            elif self.close_volume():
+                self._set_worklist(worklist, None)
+
+        self._look_at(lambda: read_worklist(folder, annotator, method), on_read)
+
+    def reread_worklist(self) -> None:
+        """Read the list anew, as its study or folder is by now; what is open stays open."""
+        path, annotator, method = self._worklist.path, self._worklist.annotator, self._worklist.method
+        self._look_at(lambda: read_path(path, annotator, method), self._on_worklist_reread)
 
     def next_volume(self) -> None:
         """Open the next item."""
@@ -154,7 +183,7 @@ class Session(SessionLocking):
 
         ``roll_requested`` comes where the keypoints do not show the roll of the boxes: answer with the roll.
         """
-        if not self._is_saved():
+        if self._is_refused() or not self._is_saved():
             return
         document, tool, original = self._document, self.tool, self.annotation_path
         if document is None or tool is None or original is None:
@@ -190,7 +219,7 @@ class Session(SessionLocking):
 
     def close_volume(self) -> bool:
         """Save and close what is open; False if it could not be saved, and then it stays open."""
-        if self._is_refused() or not self._is_saved():
+        if not self._is_saved():
             return False
         self.abandon()
         return True
@@ -210,6 +239,7 @@ class Session(SessionLocking):
     def shut_down(self) -> None:
         """End all background work; call it last."""
         self.abandon()
+        self._locks.close()
         self.jobs.close()
 
     # Recovery
@@ -230,7 +260,6 @@ class Session(SessionLocking):
         present, path = self._worklist, recovery.annotation_path
         self._look_at(
             lambda: worklist_with(recovery.document, path, present),
-        self._locks.close()
             lambda place: self._open(*place, recovery=recovery),
         )
 
@@ -321,10 +350,12 @@ class Session(SessionLocking):
         self._opened = opened
         self._file = None
         if opened is None:
+            self._unlock()
             self._document = None
             self._view = replace(before_view, active_part=None, cropping_um=None, **_NOTHING_ON_ITS_WAY)
         else:
             item, recovery = opened.found.item, opened.found.request.recovery
+            self._lock(opened)
             self._document = opened.document
             self._file = DocumentFile(
                 item.annotation_path,
@@ -333,6 +364,7 @@ class Session(SessionLocking):
                 self._options.recovery_folder,
                 self.seeing.carried_over(recovery.document if recovery else opened.document),
                 owes_stamps=recovery is not None and _tells_more(recovery.document, opened.document),
+                is_read_only=bool(self._read_only_reason),
             )
             self._view = self._first_view(opened)
         self._autosave.watch(self._file)
@@ -341,12 +373,10 @@ class Session(SessionLocking):
         self.levels_changed.emit()
         self.document_changed.emit(before_document, self._document)
         self.view_changed.emit(before_view, self._view)
-            self._unlock()
         self.save_state_changed.emit()
         self._bring_tool()
 
     def _first_view(self, opened: Opened) -> View:
-            self._lock(opened)
         parts = opened.document.parts
         unplaced = (part.name for part in parts if part.state == "unplaced")
         shape = opened.found.volume.shape
@@ -355,7 +385,6 @@ class Session(SessionLocking):
         )
         return replace(
             self._view,
-                is_read_only=bool(self._read_only_reason),
             crosshair_um=middle_um,
             active_part=next(unplaced, parts[0].name if parts else None),
             # A tool that cannot be posed leaves pose mode, in which the last volume may have been.
@@ -376,6 +405,19 @@ class Session(SessionLocking):
             self._open(worklist, worklist.first, looks_anyway=looks_anyway)
         elif self.close_volume():
             self._set_worklist(worklist, None)
+
+    def _on_worklist_reread(self, worklist: Worklist) -> None:
+        index = self._current_index
+        places = [item.place for item in worklist.items]
+        if index is None:
+            self._set_worklist(worklist, None)
+        elif self.items[index].place not in places:
+            self.post_message("What is open is no longer in this list: open another volume")
+        elif worklist.method != self._worklist.method:
+            self._open(worklist, places.index(self.items[index].place))
+        else:
+            self._set_worklist(worklist, places.index(self.items[index].place))
+            self._refresh_item()
 
     def _on_worklist_of_method_read(self, worklist: Worklist) -> None:
         # Meanwhile a person may have gone on to another volume, or closed this one.
@@ -405,6 +447,7 @@ class Session(SessionLocking):
         self.worklist_changed.emit()
         self._levels.load_averaged(opened.found.volume, opened.spacing_um)
         self._tell_stranger()
+        self._tell_of_lock()
         if self._derived_words:
             self.post_message(self._derived_words)
             self._derived_words = ""
@@ -440,7 +483,6 @@ class Session(SessionLocking):
         if not self._edit("Recover unsaved edits", lambda _document: recovery.document):
             # It cannot be changed here now; the old journal is offered again.
             return
-        self._tell_of_lock()
         try:
             if self._file is not None:
                 self._file.record(recovery.document)

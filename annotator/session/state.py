@@ -209,6 +209,16 @@ class SessionState(QObject):
         return self._worklist.annotator
 
     @property
+    def person(self) -> str:
+        """Who works here: also where what is open is somebody else's, or the study's consensus."""
+        return self._options.annotator_name
+
+    @property
+    def tool_folders(self) -> tuple[Path, ...]:
+        """Where tools are looked for before those that ship: the study's own, and the user's."""
+        return self._tool_folders(self._worklist)
+
+    @property
     def tool_name(self) -> str:
         """The tool of new documents: the study's, or the one chosen."""
         return self._worklist.tool_name or self._options.tool_name

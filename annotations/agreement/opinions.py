@@ -1,0 +1,32 @@
+"""Reading what several annotators say of one volume of a study."""
+
+import contextlib
+import glob
+from pathlib import Path
+
+from annotations.agreement.consensus import Opinion
+from annotations.documents.files import completed, load_annotation
+from annotations.documents.record import Method
+from annotations.documents.study import CONSENSUS, AnnotationName
+from annotations.errors import UserError
+from annotations.geometry.tool import ToolSpecification
+
+
+def read_opinions(
+    folder: Path, volume_id: str, method: Method, tool: ToolSpecification
+) -> tuple[Opinion, ...]:
+    """Return the annotators' first passes over a volume, by their names.
+
+    The consensus itself is not among them, nor is a file that cannot be read (its author is told so, and
+    `annotations.documents.study_checks` names it) or that is about another tool.
+    """
+    name = AnnotationName(volume_id, method).file_name
+    opinions = []
+    for path in sorted(folder.glob(f"annotations/*/{glob.escape(name)}")):
+        if path.parent.name == CONSENSUS:
+            continue
+        with contextlib.suppress(UserError):
+            document, sha256 = load_annotation(path)
+            if document.tool == tool.name and document.method == method:
+                opinions.append(Opinion(path, sha256, completed(document, tool)))
+    return tuple(opinions)
