@@ -11,14 +11,10 @@ from annotations.agreement.components import difference_from_others
 from annotations.agreement.deviation import distances_from_others
 from annotations.agreement.intervals import RESAMPLES, estimate
 from annotations.agreement.measured import Measured
+from annotations.agreement.outlying import outlying_limit
 from annotations.agreement.results import AnnotatorResult, Outlier
 
 Array = NDArray[np.float64]
-
-_OUTLYING_SIGMAS = 5.0
-"""Beyond the median, in standard deviations told from the median absolute deviation. Distances are skewed: of
-normal errors alone, five are exceeded by one in 3,000 angles and by one in 20,000 positions."""
-_SIGMAS_PER_DEVIATION = 1.4826
 
 
 def annotator_results(
@@ -70,11 +66,10 @@ def outliers_of(
 ) -> Sequence[tuple[Outlier, ...]]:
     """Return for each annotator the volumes that they have much further from the others than is usual.
 
-    The limit of a target is the median of all distances plus five standard deviations, told from the median
-    absolute deviation from that median (B. Iglewicz, D. C. Hoaglin, *How to Detect and Handle Outliers*,
-    1993, whose limit for symmetric data is 3.5). One who is far off draws the mean away from the others, too:
-    of several beyond the limit the worst is taken out of the volume, and only who is beyond it without that
-    one is an outlier besides. Of two alone, both are: nobody can tell who is wrong.
+    The limit of a target is that of all its distances (`annotations.agreement.outlying.outlying_limit`). One
+    who is far off draws the mean away from the others, too: of several beyond the limit the worst is taken
+    out of the volume, and only who is beyond it without that one is an outlier besides. Of two alone, both
+    are: nobody can tell who is wrong.
 
     Parameters
     ----------
@@ -88,22 +83,10 @@ def outliers_of(
     """
     found: list[list[Outlier]] = [[] for _ in compared.annotators]
     for name, target in measured.items():
-        limit = _limit(apart[name])
-        if limit is None:
-            continue
+        limit = outlying_limit(apart[name])
         for volume, who, value in _beyond(target, apart[name], limit):
             found[who].append(Outlier(volume=compared.volumes[volume], target=name, value=value, limit=limit))
     return [tuple(sorted(each, key=lambda outlier: -outlier.value / outlier.limit)) for each in found]
-
-
-def _limit(apart: Array) -> float | None:
-    """Return the distance beyond which one is an outlier; None where there is none, or all are the same."""
-    known = apart[np.isfinite(apart)]
-    if not known.size:
-        return None
-    middle = float(np.median(known))
-    sigma = _SIGMAS_PER_DEVIATION * float(np.median(np.abs(known - middle)))
-    return middle + _OUTLYING_SIGMAS * sigma if sigma > 0 else None
 
 
 def _beyond(measured: Measured, apart: Array, limit: float) -> list[tuple[int, int, float]]:

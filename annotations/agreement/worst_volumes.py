@@ -1,15 +1,24 @@
 """The volumes that the annotators disagree on, the worst first, and why."""
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from annotations.agreement.compared import Compared
+from annotations.agreement.deviation import distances_from_others
+from annotations.agreement.measured import Measured
+from annotations.agreement.outlying import outlying_limit
+from annotations.agreement.reasons import Reasons, of_turned_box
 from annotations.agreement.results import TurnedBox, VolumeResult
+from annotations.errors import Cancelled
 from annotations.geometry.tool import ToolSpecification
 
 Array = NDArray[np.float64]
+
+_MOST_EXPLAINED = 1000
+"""How many volumes are looked into, the worst: a millisecond each, and nobody reads more."""
 
 
 def volume_results(
@@ -17,8 +26,13 @@ def volume_results(
     tool: ToolSpecification,
     published: Mapping[str, Array],
     turned: Sequence[TurnedBox] = (),
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[VolumeResult, ...]:
     """Return each volume with at least two annotators, the worst first.
+
+    A volume is looked into where some keypoint is further from the mean of the others than is usual in this
+    comparison (`annotations.agreement.outlying.outlying_limit`). First come names that annotators exchanged,
+    then who is far off where under the names that are right, then boxes that are turned.
 
     Parameters
     ----------
@@ -26,34 +40,59 @@ def volume_results(
         The published statistic of each volume, by target; NaN where a volume has none.
     turned : sequence of TurnedBox
         See `annotations.agreement.turned_boxes.turned_boxes`.
+    cancelled : callable
+        Asked now and then; if it says true, `Cancelled` is raised.
     """
-    known = {name: np.where(np.isfinite(values), values, 0.0) for name, values in published.items()}
-    ranks = _ranks(published)
-    shared = np.isfinite(compared.positions_um).any(axis=(2, 3)).sum(axis=1) > 1
+    ranks = _ranks(published, len(compared.volumes))
+    is_placed = np.isfinite(compared.positions_um[..., 0])
+    is_shared = is_placed.any(axis=2).sum(axis=1) > 1
+    apart_um = np.stack(
+        [
+            distances_from_others(Measured(name, "distance", compared.positions_um[:, :, point]))
+            for point, name in enumerate(tool.keypoint_names)
+        ],
+        axis=2,
+    )
+    limit_um = outlying_limit(apart_um)
+    is_unusual = np.nan_to_num(apart_um).max(axis=(1, 2)) > limit_um
+    order = [int(row) for row in np.argsort(-ranks, kind="stable") if is_shared[row]]
+    explained = [row for row in order if is_unusual[row]][:_MOST_EXPLAINED]
+    reasons: dict[int, list[str]] = defaultdict(list)
+    explain = Reasons(tool, compared.method, limit_um)
+    for row in explained:
+        if cancelled():
+            raise Cancelled
+        who = np.flatnonzero(is_placed[row].any(axis=1))
+        names = [compared.annotators[each] for each in who]
+        reasons[row] += explain.of_positions(names, compared.positions_um[row, who])
+    row_of = {volume: row for row, volume in enumerate(compared.volumes)}
+    who_of = [
+        tuple(compared.annotators[each] for each in np.flatnonzero(row)) for row in compared.has_document
+    ]
+    for box in turned:
+        row = row_of[box.volume]
+        reasons[row].append(of_turned_box(box, who_of[row]))
     return tuple(
         VolumeResult(
             volume=compared.volumes[row],
-            annotators=tuple(np.array(compared.annotators)[compared.has_document[row]].tolist()),
+            annotators=who_of[row],
             targets={
-                name: float(values[row])
-                for name, values in known.items()
-                if np.isfinite(published[name][row])
+                name: float(values[row]) for name, values in published.items() if np.isfinite(values[row])
             },
             rank=float(ranks[row]),
+            reasons=tuple(reasons[row]),
         )
-        for row in np.argsort(-ranks, kind="stable")
-        if shared[row]
+        for row in order
     )
 
 
-def _ranks(published: Mapping[str, Array]) -> Array:
+def _ranks(published: Mapping[str, Array], volumes: int) -> Array:
     """Return for each volume the largest ratio of a target's figure to its median over the volumes, (V,)."""
-    ratios = []
+    ranks = np.zeros(volumes)
     for values in published.values():
         known = values[np.isfinite(values)]
-        # Where more than half agree exactly there is no median to compare with.
-        usual = float(np.median(known) or known.mean()) if known.size else 0.0
+        # Where more than half agree exactly, the median is no measure of what is usual.
+        usual = float(np.median(known)) or float(known.mean()) if known.size else 0.0
         if usual > 0:
-            ratios.append(np.where(np.isfinite(values), values, 0.0) / usual)
-    number = len(next(iter(published.values()))) if published else 0
-    return np.max(ratios, axis=0) if ratios else np.zeros(number)
+            ranks = np.maximum(ranks, np.nan_to_num(values) / usual)
+    return ranks
