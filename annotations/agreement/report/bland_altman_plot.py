@@ -84,7 +84,7 @@ def _draw(axes: "Axes", each: _Compared, method: Method) -> None:
         axes.plot(across, upwards, look.marker, color=look.color, markersize=3, alpha=0.6, markeredgewidth=0)
     for ends in (limits.bias_ci95, limits.low_ci95, limits.high_ci95):
         if ends is not None:
-            axes.axhspan(*ends, color=look.color, alpha=0.13, linewidth=0)
+            axes.axhspan(*ends, color=look.color, alpha=0.1, linewidth=0)
     if limits.bias is not None:
         axes.axhline(limits.bias, color=INK, linewidth=1)
     for end in limits.limits or ():
@@ -93,7 +93,6 @@ def _draw(axes: "Axes", each: _Compared, method: Method) -> None:
     axes.set_title(
         f"{label_of(each.component)} ({unit})\n{_short(each.first)} − {_short(each.second)}", fontsize=FONT
     )
-    axes.set_xlabel("")
     axes.locator_params(axis="x", nbins=3)
 
 

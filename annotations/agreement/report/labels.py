@@ -75,7 +75,7 @@ def p_value(value: float | None) -> str:
     """Return the probability of a test; very small ones only as small."""
     if value is None:
         return NOTHING
-    return "< 0.001" if value < 0.001 else f"{value:.3f}"
+    return "<\u00a00.001" if value < 0.001 else f"{value:.3f}"
 
 
 def duration(seconds: float | None) -> str:

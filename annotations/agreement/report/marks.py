@@ -55,9 +55,8 @@ def names(axes: "Axes", labels: Sequence[str], *, is_first: bool) -> None:
 
 
 def dress(axes: "Axes", title: str, unit: Unit) -> None:
-    """Give axes their title, the unit of the numbers along them, and a grid to read them by."""
-    axes.set_title(title, fontsize=FONT + 1, color=INK)
-    axes.set_xlabel(unit, fontsize=FONT, labelpad=1)
+    """Give axes their title, with the unit of the numbers along them, and a grid to read them by."""
+    axes.set_title(f"{title} ({unit})", fontsize=FONT + 1, color=INK)
     axes.tick_params(labelsize=FONT, color=FAINT, length=2)
     axes.grid(color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)

@@ -20,6 +20,9 @@ _TOP_IN = 0.6
 _BOTTOM_IN = 0.7
 _GAP_IN = 0.12
 _CELL_GAP_IN = 0.1
+_RULE_IN = 0.03
+_HEAD_IN = 0.9
+"""About what a table's caption and headings take."""
 
 _TITLE, _HEADING, _TEXT, _CELL, _SMALL = 16.0, 12.0, 9.0, 7.5, 7.0
 _MAIN_CELL = 10.0
@@ -127,12 +130,12 @@ class _Pages:
             parse_math=False,
         )
 
-    def rule(self, *, width: float, color: str = INK) -> None:
-        """Draw a line across the page."""
+    def rule(self, length_in: float, *, width: float, color: str = INK) -> None:
+        """Draw a line from the left margin."""
         from matplotlib.lines import Line2D
 
         y = 1 - self._y_in / _PAGE_IN[1]
-        ends = (_LEFT_IN / _PAGE_IN[0], (_LEFT_IN + WIDTH_IN) / _PAGE_IN[0])
+        ends = (_LEFT_IN / _PAGE_IN[0], (_LEFT_IN + length_in) / _PAGE_IN[0])
         self._page.add_artist(Line2D(ends, (y, y), color=color, linewidth=width))
 
     def advance(self, height_in: float) -> None:
@@ -197,17 +200,22 @@ def _write_item(pages: _Pages, item: Item) -> None:
 def _write_table(pages: _Pages, table: Table) -> None:
     size = _MAIN_CELL if table.is_main else _CELL
     widths_in = column_widths_in((table.columns, *table.rows), size, WIDTH_IN, _CELL_GAP_IN)
-    pages.need(1.2)
+    length_in = _length_in(widths_in)
+    rows = [
+        [broken(cell, size, width) for cell, width in zip(row, widths_in, strict=True)] for row in table.rows
+    ]
+    whole_in = _HEAD_IN + sum(_height_in(cells, size) + _RULE_IN for cells in rows)
+    # A table that fits on a page stays on one; of a longer one at least the head and some rows.
+    pages.need(whole_in if whole_in < _PAGE_IN[1] - _TOP_IN - _BOTTOM_IN else 2 * _HEAD_IN)
     pages.text(table.caption, _SMALL + 0.5, color=FAINT)
     pages.space(_GAP_IN / 2)
     _write_head(pages, table, widths_in, size)
-    for row in table.rows:
-        cells = [broken(cell, size, width) for cell, width in zip(row, widths_in, strict=True)]
+    for cells in rows:
         if pages.need(_height_in(cells, size)):
             _write_head(pages, table, widths_in, size)
         _write_row(pages, table, cells, widths_in, size, weight="normal")
-        pages.rule(width=0.3, color=FAINT)
-        pages.advance(0.03)
+        pages.rule(length_in, width=0.3, color=FAINT)
+        pages.advance(_RULE_IN)
 
 
 def _write_head(pages: _Pages, table: Table, widths_in: Sequence[float], size: float) -> None:
@@ -227,7 +235,7 @@ def _write_head(pages: _Pages, table: Table, widths_in: Sequence[float], size: f
         broken(cell, size, width, is_bold=True) for cell, width in zip(table.columns, widths_in, strict=True)
     ]
     _write_row(pages, table, cells, widths_in, size, weight="bold")
-    pages.rule(width=0.9)
+    pages.rule(_length_in(widths_in), width=0.9)
     pages.advance(0.04)
 
 
@@ -254,6 +262,10 @@ def _write_row(
             )
         x_in += width_in + _CELL_GAP_IN
     pages.advance(_height_in(cells, size))
+
+
+def _length_in(widths_in: Sequence[float]) -> float:
+    return sum(widths_in) + _CELL_GAP_IN * (len(widths_in) - 1)
 
 
 def _height_in(cells: Sequence[Sequence[str]], size: float) -> float:
