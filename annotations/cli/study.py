@@ -1,24 +1,21 @@
 """``annotations study``: a new study of the volumes in a folder, or more volumes and annotators for one."""
 
 import argparse
-from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 from annotations.app_folders import tool_folder
 from annotations.cli.output import write_json, write_text
 from annotations.documents.study import STUDY_FILE, Study, ViewingRules, load_study
 from annotations.documents.study_building import (
     create_study,
-    find_volumes,
     replace_study,
     study_of_folder,
+    volumes_at,
     with_annotators,
     with_repeats,
     with_volumes,
 )
 from annotations.geometry.tool import ToolError
 from annotations.geometry.tool_library import find_tool
-from annotations.volumes import volume_paths
 
 _OF_NEW_STUDIES = (
     "tool",
@@ -90,18 +87,9 @@ def _enlarged(arguments: argparse.Namespace) -> Study:
     before = load_study(arguments.folder)
     study = with_annotators(before, arguments.add_annotators or ())
     if arguments.add_volumes:
-        enlarged = with_volumes(study, arguments.folder, _volumes(arguments.add_volumes))
+        enlarged = with_volumes(study, arguments.folder, volumes_at(arguments.add_volumes))
         study = with_repeats(enlarged.study, arguments.repeats) if enlarged.added else study
     elif arguments.repeats:
         arguments.misuse("--repeats is for new volumes: the numbers of the others have been handed out")
     replace_study(study, arguments.folder, expected=before)
     return study
-
-
-def _volumes(paths: Sequence[Path]) -> Iterator[Path]:
-    """Yield the volumes that are named, and those in the folders that are."""
-    for path in paths:
-        if path.is_dir() and path.absolute() not in volume_paths(path.absolute().parent):
-            yield from find_volumes(path)
-        else:
-            yield path

@@ -80,6 +80,27 @@ def find_volumes(folder: Path) -> tuple[Path, ...]:
     return tuple(found)
 
 
+def volumes_at(paths: Sequence[Path]) -> tuple[Path, ...]:
+    """Return the volumes that are named, and those in the folders that are, as `find_volumes` does.
+
+    VolumeError for a folder that cannot be read, StudyError where there is no volume at all.
+    """
+    found: list[Path] = []
+    for path in paths:
+        # A Zarr volume is a folder too; of what is not there, looking for volumes says so.
+        is_volume = path.is_file() or (
+            path.exists() and path.absolute() in volume_paths(path.absolute().parent)
+        )
+        found += [path] if is_volume else find_volumes(path)
+    if not found:
+        raise StudyError(
+            "there is no volume in this folder or in the folders in it",
+            where=", ".join(map(str, paths)) or None,
+            remedy="Choose a folder with .npy, .npz, .h5, .tif or .zarr files",
+        )
+    return tuple(found)
+
+
 def study_of_folder(
     folder: Path, tool: str, *, study_folder: Path | None = None, title: str = "", **rules: Any
 ) -> Study:
@@ -109,15 +130,8 @@ def study_of_folder(
         contradict each other.
     """
     study_folder = study_folder or folder
-    paths = find_volumes(folder)
-    if not paths:
-        raise StudyError(
-            "there is no volume in this folder or in the folders in it",
-            where=folder,
-            remedy="Choose a folder with .npy, .npz, .h5, .tif or .zarr files",
-        )
     plain = _made(Study, title=title or _plain_text(study_folder.absolute().name) or "Study", tool=tool)
-    return with_rules(with_volumes(plain, study_folder, paths).study, **rules)
+    return with_rules(with_volumes(plain, study_folder, volumes_at([folder])).study, **rules)
 
 
 def with_volumes(study: Study, study_folder: Path, paths: Iterable[Path]) -> Enlarged:

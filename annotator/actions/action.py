@@ -22,6 +22,7 @@ When = Literal[
     "previous",
     "next",
     "todo",
+    "study",
     "jobs",
 ]
 """What must be there for an action to make sense; `annotator.actions.state` finds it in the session."""

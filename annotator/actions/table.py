@@ -48,6 +48,22 @@ _FILE = (
         for number in range(1, RECENT_FILES + 1)
     ),
     Action(
+        "new_study",
+        "New Study…",
+        "File",
+        ("Ctrl+N",),
+        "Make a study of the volumes in a folder: who annotates them, by which rules.",
+        separated=True,
+    ),
+    Action(
+        "study_settings",
+        "Study Settings…",
+        "File",
+        ("Ctrl+Alt+N",),
+        "Add volumes and annotators to the open study, or change its rules.",
+        "study",
+    ),
+    Action(
         "save",
         "Save",
         "File",

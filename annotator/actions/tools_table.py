@@ -45,4 +45,28 @@ TOOLS_ACTIONS: tuple[Action, ...] = (
         "volume",
         separated=True,
     ),
+    Action(
+        "compute_agreement",
+        "Compute Agreement",
+        "Tools",
+        ("Ctrl+Alt+A",),
+        "Say how far apart the annotators of the study or folder are, in micrometres and degrees.",
+        separated=True,
+    ),
+    Action(
+        "export_agreement",
+        "Export Agreement…",
+        "Tools",
+        ("Ctrl+Alt+E",),
+        "Write the report on the agreement into files: HTML, PDF, CSV, JSON.",
+    ),
+    Action(
+        "check_study",
+        "Check Study",
+        "Tools",
+        ("Ctrl+Alt+K",),
+        "Look for everything that is missing, stale, orphaned or inconsistent in the open study.",
+        "study",
+        separated=True,
+    ),
 )

@@ -14,6 +14,7 @@ from annotations.fitting.pose_fit import prepare_fitting
 from annotator.actions.action_set import ActionSet
 from annotator.actions.state import state_of
 from annotator.looks.icons import application_icon
+from annotator.panels.agreement_panel import AgreementPanel
 from annotator.panels.annotation_panel import AnnotationPanel
 from annotator.panels.display_panel import DisplayPanel
 from annotator.panels.jobs_panel import JobsPanel
@@ -27,6 +28,7 @@ from annotator.settings import Settings
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.linked_zoom import link_zoom
 from annotator.slices.slice_view import SliceView
+from annotator.window.agreement_handlers import AgreementHandlers
 from annotator.window.annotate_handlers import AnnotateHandlers
 from annotator.window.display_memory import DisplayMemory
 from annotator.window.dock_columns import DockColumns
@@ -36,6 +38,7 @@ from annotator.window.held_key import HeldKey
 from annotator.window.questions import Questions
 from annotator.window.start_page import StartPage
 from annotator.window.status_line import StatusLine
+from annotator.window.study_handlers import StudyHandlers
 from annotator.window.tools_handlers import ToolsHandlers
 from annotator.window.typing_guard import TypingGuard
 from annotator.window.view_handlers import ViewHandlers
@@ -105,6 +108,7 @@ class MainWindow(QMainWindow):
         self._worklist = WorklistPanel(session)
         self._annotation = AnnotationPanel(session)
         self._pose = PosePanel(session)
+        self._agreement = AgreementPanel(session)
         self._docks = self._make_docks()
         self._columns = DockColumns(self._docks, centre, self._annotation.method, self)
         self.status = StatusLine(session)
@@ -123,10 +127,13 @@ class MainWindow(QMainWindow):
             session, settings, self.questions, self, self.four_up, self._docks, log_path
         )
         annotating = AnnotateHandlers(session, settings, self.questions, lambda: self.four_up.used_axis, self)
+        agreement = AgreementHandlers(session, self.questions, self, self._docks["agreement"])
         self.actions_by_name = ActionSet(
             {
                 **self._files.by_name(),
                 **annotating.by_name(),
+                **StudyHandlers(session, settings, self.questions, self, self.open_path).by_name(),
+                **agreement.by_name(),
                 **ToolsHandlers(session).by_name(),
                 **self._looks.by_name(),
                 **self._parts.by_name(),
@@ -226,8 +233,12 @@ class MainWindow(QMainWindow):
             "keypoints": self._dock("keypoints", self._annotation.windowTitle(), self._annotation, right),
             "pose": self._dock("pose", "Pose", self._pose, right),
             "display": self._dock("display", "Display", DisplayPanel(self.session), right),
+            "agreement": self._dock("agreement", "Agreement", self._agreement, right),
         }
         self.tabifyDockWidget(docks["pose"], docks["display"])
+        self.tabifyDockWidget(docks["display"], docks["agreement"])
+        # Most people annotate: those who compare ask for it.
+        docks["agreement"].hide()
         docks["pose"].raise_()
         return docks
 
@@ -249,7 +260,7 @@ class MainWindow(QMainWindow):
     def _make_start_page(self) -> StartPage:
         actions = self.actions_by_name
         page = StartPage(
-            [actions[name] for name in ("open_file", "open_folder", "open_demo")],
+            [actions[name] for name in ("open_file", "open_folder", "new_study", "open_demo")],
             [actions[f"recent_{number}"] for number in range(1, _RECENT_ON_START_PAGE + 1)],
         )
         self._centre.addWidget(page)
@@ -266,6 +277,7 @@ class MainWindow(QMainWindow):
         self._annotation.windowTitleChanged.connect(self._on_annotation_window_title_changed)
         self._annotation.method_requested.connect(self._on_annotation_method_requested)
         self._annotation.derive_requested.connect(self.actions_by_name["derive"].trigger)
+        self._agreement.export_requested.connect(self.actions_by_name["export_agreement"].trigger)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -367,6 +379,7 @@ class MainWindow(QMainWindow):
 
     def _on_session_save_state_changed(self) -> None:
         self._draw_title()
+        self._draw_actions()
 
 
 def _load_for_fit_and_scene() -> None:
@@ -379,6 +392,5 @@ def _dropped_path(event: QDropEvent) -> Path | None:
     """Return the first local file or folder that is dragged, if there is one."""
     for url in event.mimeData().urls():
         if url.isLocalFile():
-        self._draw_actions()
             return Path(url.toLocalFile())
     return None

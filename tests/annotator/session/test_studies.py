@@ -1,0 +1,160 @@
+"""Studies are made, changed and checked in the background, and what is open stays open meanwhile."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from annotations.documents.study import STUDY_FILE, load_study, save_study
+from annotations.documents.study_building import with_annotators, with_rules, with_volumes
+from annotations.errors import UserError
+from annotator.session import Session
+from annotator.session.studies import StudyProposal, StudyReport
+from tests.annotator.conftest import open_and_wait, write_volume
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Three volumes, one of them in a folder of its own."""
+    folder = tmp_path / "series"
+    (folder / "day2").mkdir(parents=True)
+    for seed, name in enumerate(("a.npy", "b.npy", "day2/c.npy")):
+        write_volume(folder / name, seed)
+    return folder
+
+
+def propose(qtbot: QtBot, session: Session, folder: Path) -> StudyProposal:
+    with qtbot.waitSignal(session.studies.proposed) as proposed:
+        session.studies.propose(folder)
+    return proposed.args[0]
+
+
+@pytest.fixture
+def opened(qtbot: QtBot, empty_session: Session, folder: Path) -> Session:
+    """A session with a study of the three volumes open, made by it."""
+    proposal = propose(qtbot, empty_session, folder)
+    study = with_rules(proposal.study_in(folder), title="Series", annotators=("anna", "ben"), order="listed")
+    with qtbot.waitSignal(empty_session.studies.created):
+        empty_session.studies.create(study, folder, proposal.tools[study.tool])
+    open_and_wait(qtbot, empty_session, folder)
+    return empty_session
+
+
+def test_a_folder_is_looked_through_for_what_a_study_can_be_made_of(
+    qtbot: QtBot, empty_session: Session, folder: Path
+) -> None:
+    proposal = propose(qtbot, empty_session, folder)
+    assert [path.name for path in proposal.paths] == ["a.npy", "b.npy", "c.npy"]
+    assert "needle" in proposal.tools
+    assert [volume.path for volume in proposal.study_in(folder).volumes] == ["a.npy", "b.npy", "day2/c.npy"]
+    assert proposal.study_in(folder.parent).volumes[0].path == "series/a.npy"
+
+
+def test_a_folder_with_a_study_or_without_volumes_is_an_error(
+    qtbot: QtBot, opened: Session, folder: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "empty").mkdir()
+    for where, said in ((folder, "is a study already"), (tmp_path / "empty", "there is no volume")):
+        with qtbot.waitSignal(opened.error_raised) as raised:
+            opened.studies.propose(where)
+        assert said in str(raised.args[0])
+
+
+def test_a_new_study_is_written_and_can_be_opened(opened: Session, folder: Path) -> None:
+    assert opened.studies.study == load_study(folder)
+    assert opened.studies.folder == folder
+    assert [item.label for item in opened.items] == ["a", "b", "c"]
+
+
+def test_a_study_that_came_into_being_meanwhile_is_not_overwritten(
+    qtbot: QtBot, opened: Session, folder: Path
+) -> None:
+    written = (folder / STUDY_FILE).read_bytes()
+    study = with_rules(load_study(folder), title="Mine")
+    with qtbot.waitSignal(opened.error_raised) as raised:
+        opened.studies.create(study, folder, opened.tools()[study.tool])
+    assert "not overwritten" in str(raised.args[0])
+    assert (folder / STUDY_FILE).read_bytes() == written
+
+
+def test_after_a_change_the_list_is_read_anew_and_the_open_document_stays(
+    qtbot: QtBot, opened: Session, folder: Path
+) -> None:
+    opened.open_item(1)
+    qtbot.waitUntil(lambda: opened.current_index == 1 and not opened.jobs.running)
+    opened.place((300.0, 300.0, 250.0))
+    document = opened.document
+    before = opened.studies.study
+    new = write_volume(folder / "day2" / "d.npy", 9)
+    after = with_annotators(with_volumes(before, folder, [new]).study, ["cara"])
+    with qtbot.waitSignals([opened.studies.changed, opened.worklist_changed]):
+        opened.studies.change(before, after)
+    qtbot.waitUntil(lambda: len(opened.items) == 4)
+    assert opened.document is document
+    assert opened.undo_stack.canUndo()
+    assert opened.items[opened.current_index].label == "b"
+    assert opened.studies.study == load_study(folder) == after
+    assert (folder / "study.toml.bak").exists()
+
+
+def test_what_somebody_else_changed_meanwhile_is_not_overwritten(
+    qtbot: QtBot, opened: Session, folder: Path
+) -> None:
+    before = opened.studies.study
+    theirs = with_annotators(before, ["dora"])
+    save_study(theirs, folder)
+    with qtbot.waitSignal(opened.error_raised) as raised:
+        opened.studies.change(before, with_annotators(before, ["cara"]))
+    assert "somebody has changed the study" in str(raised.args[0])
+    assert load_study(folder) == theirs
+
+
+def test_an_open_volume_that_left_the_study_stays_open(qtbot: QtBot, opened: Session) -> None:
+    before, document = opened.studies.study, opened.document
+    after = with_rules(before, volumes=before.volumes[1:])
+    with qtbot.waitSignal(opened.message_posted) as said:
+        opened.studies.change(before, after)
+    qtbot.waitUntil(lambda: not opened.jobs.running)
+    assert opened.document is document
+    assert said.args
+
+
+def test_volumes_to_add_are_looked_for_in_folders_and_among_files(
+    qtbot: QtBot, opened: Session, folder: Path
+) -> None:
+    with qtbot.waitSignal(opened.studies.volumes_found) as found:
+        opened.studies.find([folder / "day2", folder / "a.npy"])
+    assert found.args == [(folder / "day2" / "c.npy", folder / "a.npy")]
+
+
+def test_a_search_that_fails_says_so_to_whoever_waits_for_it(
+    qtbot: QtBot, opened: Session, tmp_path: Path
+) -> None:
+    with (
+        qtbot.assertNotEmitted(opened.error_raised),
+        qtbot.waitSignal(opened.studies.search_failed) as failed,
+    ):
+        opened.studies.find([tmp_path / "gone"])
+    assert isinstance(failed.args[0], UserError)
+
+
+def test_a_study_is_checked_with_what_its_tool_can_look_like(
+    qtbot: QtBot, opened: Session, folder: Path
+) -> None:
+    np.save(folder / "b.npy", np.zeros((2, 2, 2), np.uint8))
+    (folder / "day2" / "c.npy").unlink()
+    with qtbot.waitSignal(opened.studies.checked) as checked:
+        opened.studies.check()
+    report: StudyReport = checked.args[0]
+    assert (report.folder, report.study) == (folder, opened.studies.study)
+    kinds = {finding.kind for _, finding in report.findings}
+    assert {"missing", "volume"} <= kinds
+
+
+def test_outside_a_study_there_is_nothing_to_change_or_check(session: Session) -> None:
+    studies: Any = session.studies
+    assert (studies.study, studies.folder, studies.is_kept_from_names) == (None, None, False)
+    studies.check()
+    assert not session.jobs.running
