@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 
 from annotations.agreement.report.labels import METHODS, STATISTICS, counted, listed, methods_of
 from annotations.agreement.results import Agreement
+from annotator.looks.folding import scrolling_column
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.panels.agreement_plots import AgreementPlots
@@ -94,17 +95,13 @@ class AgreementPanel(QWidget):
         self._table = DeviationTable()
         self._counts = WrappedText(name="agreement_counts")
         self._counts.set_color(lambda colors: colors.muted)
-        form = QFormLayout()
+        choices = QWidget()
+        form = QFormLayout(choices)
+        form.setContentsMargins(0, 0, 0, 0)
         form.addRow("&Statistic", self._statistic)
         form.addRow("&Of", self._variant)
-        figures = QWidget()
-        layout = QVBoxLayout(figures)
-        layout.setContentsMargins(0, 4, 0, 0)
-        layout.addLayout(form)
-        layout.addWidget(self._table)
-        layout.addWidget(self._counts)
-        layout.addStretch(1)
-        return figures
+        # In a low window the figures scroll, rather than make it taller than its screen.
+        return scrolling_column([choices, self._table, self._counts], "agreement_figures")
 
     def _make_volumes(self) -> QWidget:
         self._volumes = ComparedVolumes(self._session.agreeing.volume_label, self)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHeaderView, QTableWidgetItem, QWidget
+from PySide6.QtWidgets import QHeaderView, QWidget
 
 from annotations.agreement.report.labels import (
     METHODS,
@@ -61,8 +61,8 @@ class DeviationTable(ReadOnlyTable):
     def _write_estimate(self, row: int, column: int, target: str, estimate: Estimate, statistic: str) -> None:
         unit = unit_of(target)
         mean = number(estimate.mean, unit)
-        known = f"{interval(estimate.ci95, unit)}  n {estimate.n}".strip()
-        item: QTableWidgetItem = self.write(row, column, f"{mean}\n{known}" if mean != NOTHING else NOTHING)
+        text = f"{mean}  (n {estimate.n})\n{interval(estimate.ci95, unit)}" if mean != NOTHING else NOTHING
+        item = self.write(row, column, text)
         item.setTextAlignment(Qt.AlignmentFlag.AlignCenter)
         spread = f", standard deviation {number(estimate.sd, unit)} {unit}" if estimate.sd is not None else ""
         item.setToolTip(

@@ -115,11 +115,12 @@ def _drawn_mark(mark: Mark, picture: Picture) -> Drawn:
 def _drawn_labels(marks: Sequence[Mark], font: QFont, picture: Picture) -> Iterator[Drawn]:
     """Yield the initials of those whose marks lie together."""
     taken: list[QRectF] = []
+    whole = QRectF(0, 0, picture.width_px, picture.height_px)
     for group in gathered([place for _, place in marks]):
         letters = tuple(dict.fromkeys((marks[index][0].initials, marks[index][0].number) for index in group))
         widths_px, heights_px = zip(*(text_size_px(text, font) for text, _ in letters), strict=True)
         around = covered([marks[index][1] for index in group])
-        taken.append(label_area(around, sum(widths_px), max(heights_px), taken))
+        taken.append(label_area(around, sum(widths_px), max(heights_px), taken, whole))
         key = (letters, font.key(), picture.ratio)
         paint = partial(initials_picture, letters, font, picture.ratio)
         yield key, paint, (taken[-1].left(), taken[-1].top())

@@ -21,7 +21,7 @@ from annotator.slices.captions import BACKGROUND, PADDING_PX
 from annotator.slices.marks import nearness
 from annotator.slices.overlays import FAR_OPACITY, OUTLINE, Line, split_at_plane
 from annotator.slices.solid_outlines import Point, section_um
-from annotator.slices.viewport import Viewport
+from annotator.slices.viewport import Area, Viewport
 
 EDGE_WIDTH_PX = 1.5
 LINE_WIDTH_PX = 2.0
@@ -110,25 +110,29 @@ def paint_differences(painter: QPainter, viewport: Viewport, index: int, lines: 
     painter.setOpacity(1.0)
 
 
-def paint_other_marks(painter: QPainter, marks: Sequence[OtherMark]) -> None:
-    """Draw keypoints, and initials beside those that lie together."""
+def paint_other_marks(painter: QPainter, marks: Sequence[OtherMark], area: Area) -> None:
+    """Draw keypoints, and initials beside those that lie together, in sight if the marks are."""
     for mark in sorted(marks, key=lambda one: one.nearness):
         painter.setOpacity(mark.opacity)
         paint_annotator_mark(painter, QPointF(mark.x, mark.y), mark.number, filled=mark.nearness > 0)
     taken: list[QRectF] = []
+    whole = QRectF(area.left, area.top, area.width, area.height)
     for group in gathered([(mark.x, mark.y) for mark in marks]):
-        taken.append(_paint_initials(painter, [marks[index] for index in group], taken))
+        taken.append(_paint_initials(painter, [marks[index] for index in group], taken, whole))
     painter.setOpacity(1.0)
 
 
-def _paint_initials(painter: QPainter, group: Sequence[OtherMark], taken: Sequence[QRectF]) -> QRectF:
+def _paint_initials(
+    painter: QPainter, group: Sequence[OtherMark], taken: Sequence[QRectF], whole: QRectF
+) -> QRectF:
     """Write the initials of those whose marks lie together, and return what they cover."""
     painter.setOpacity(max(mark.opacity for mark in group))
     metrics = painter.fontMetrics()
     gap = metrics.horizontalAdvance(" ") / 2
     letters = dict.fromkeys((mark.initials, mark.number) for mark in group)
     width = sum(metrics.horizontalAdvance(text) + gap for text, _ in letters) - gap + 2 * PADDING_PX
-    area = label_area(covered([(mark.x, mark.y) for mark in group]), width, metrics.height(), taken)
+    around = covered([(mark.x, mark.y) for mark in group])
+    area = label_area(around, width, metrics.height(), taken, whole)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(BACKGROUND)
     painter.drawRoundedRect(area, 3.0, 3.0)
