@@ -160,6 +160,7 @@ VIEW_ACTIONS: tuple[Action, ...] = (
                 ("keypoints", "Keypoints or Boxes"),
                 ("pose", "Pose"),
                 ("display", "Display"),
+                ("agreement", "Agreement"),
             ),
             start=1,
         )
