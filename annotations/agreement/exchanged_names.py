@@ -83,11 +83,10 @@ class ExchangedNames:
         from scipy.optimize import linear_sum_assignment
 
         orders = np.tile(np.arange(positions_um.shape[1]), (len(positions_um), 1))
-        for who, own_um in enumerate(positions_um):
-            both = np.flatnonzero(np.isfinite(own_um[:, 0] + reference_um[:, 0]))
-            gaps_um = lengths(own_um[both, np.newaxis] - reference_um[both])
-            if not both.size or gaps_um.diagonal().max() <= self._limit_um:
-                continue
+        off_um = lengths(positions_um - reference_um)
+        for who in np.flatnonzero((off_um > self._limit_um).any(axis=1)):
+            both = np.flatnonzero(np.isfinite(off_um[who]))
+            gaps_um = lengths(positions_um[who, both, np.newaxis] - reference_um[both])
             _, nearest = linear_sum_assignment(gaps_um)
             before_um, after_um = gaps_um.diagonal(), gaps_um[np.arange(both.size), nearest]
             is_explained = (after_um <= _NEAR_ENOUGH * self._limit_um) & (after_um < _NEARER * before_um)

@@ -72,7 +72,7 @@ def bland_altman(
     known = ~np.isnan(differences)
     differences, means = differences[known], means[known]
     n = differences.size
-    drawn = np.argsort(differences, kind="stable")[np.linspace(0, n - 1, min(n, most_points)).astype(int)]
+    drawn = np.argsort(differences)[np.linspace(0, n - 1, min(n, most_points)).astype(int)]
     points = tuple(zip(means[drawn].tolist(), differences[drawn].tolist(), strict=True))
     if n < 2:
         return BlandAltman(bias=float(differences[0]) if n else None, n=n, points=points)

@@ -1,7 +1,5 @@
 """Boxes that are the same body turned half about its own x: their hinges differ in sense, nothing else."""
 
-from itertools import combinations
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +13,7 @@ Array = NDArray[np.float64]
 
 _SAME_AXIS_DEG = 15.0
 _HALF_TURN_DEG = 180.0 - 30.0
+_COSINE_OF_SAME_AXIS, _COSINE_OF_OPPOSED = 0.9, -0.5
 
 
 def turned_boxes(compared: Compared, tool: ToolSpecification) -> tuple[TurnedBox, ...]:
@@ -47,14 +46,14 @@ def turned_boxes(compared: Compared, tool: ToolSpecification) -> tuple[TurnedBox
 
 def _opposed(along: Array, hinges: Array) -> NDArray[np.bool_]:
     """Return which two annotators are half a turn apart, (V, A, A), by own x and y, (V, A, 3)."""
-    number, annotators = along.shape[:2]
-    opposed = np.zeros((number, annotators, annotators), dtype=bool)
-    # Pair by pair: all of them at once would take a hundred times the memory.
-    for one, other in combinations(range(annotators), 2):
-        is_one_axis = angles_deg(along[:, one], along[:, other]) <= _SAME_AXIS_DEG
-        middle = unit_vectors(along[:, one] + along[:, other])[:, np.newaxis]
-        across = hinges[:, [one, other]]
-        across = across - (across * middle).sum(axis=-1, keepdims=True) * middle
-        is_turned = is_one_axis & (angles_deg(across[:, 0], across[:, 1]) >= _HALF_TURN_DEG)
-        opposed[:, one, other] = opposed[:, other, one] = is_turned
+    # Products rule most pairs out: opposed about the mean of their axes, hinges are 135° apart or more.
+    with np.errstate(invalid="ignore"):
+        opposed = along @ along.swapaxes(1, 2) > _COSINE_OF_SAME_AXIS
+        opposed &= hinges @ hinges.swapaxes(1, 2) < _COSINE_OF_OPPOSED
+    row, one, other = np.nonzero(opposed)
+    middle = unit_vectors(along[row, one] + along[row, other])[:, np.newaxis]
+    across = np.stack([hinges[row, one], hinges[row, other]], axis=1)
+    across = across - (across * middle).sum(axis=-1, keepdims=True) * middle
+    is_one_axis = angles_deg(along[row, one], along[row, other]) <= _SAME_AXIS_DEG
+    opposed[row, one, other] = is_one_axis & (angles_deg(across[:, 0], across[:, 1]) >= _HALF_TURN_DEG)
     return opposed
