@@ -64,7 +64,7 @@ TOOLS_ACTIONS: tuple[Action, ...] = (
         "check_study",
         "Check Study",
         "Tools",
-        ("Ctrl+Alt+K",),
+        ("Ctrl+Alt+V",),
         "Look for everything that is missing, stale, orphaned or inconsistent in the open study.",
         "study",
         separated=True,

@@ -52,6 +52,11 @@ _KINDS = {
 class StudyCheckDialog(QDialog):
     """Shows findings; stays open beside the window while they are seen to.
 
+    Attributes
+    ----------
+    folder : Path or None
+        Of the study that was checked.
+
     Signals
     -------
     open_requested : Path
@@ -64,6 +69,7 @@ class StudyCheckDialog(QDialog):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.folder: Path | None = None
         self._findings: list[Located] = []
         self.setObjectName("study_check_dialog")
         self.setWindowTitle("Check of the study")
@@ -107,6 +113,7 @@ class StudyCheckDialog(QDialog):
 
     def show_report(self, report: StudyReport) -> None:
         """Show what was found, in place of what was found before."""
+        self.folder = report.folder
         self.setWindowTitle(f"Check of {report.study.title}")
         self._list.clear()
         # Notes come last: nobody has to see to them.

@@ -46,6 +46,7 @@ class StudyHandlers(QObject):
         self._open_path = open_path
         self._settings_dialog: StudySettingsDialog | None = None
         self._check_dialog: StudyCheckDialog | None = None
+        session.worklist_changed.connect(self._on_session_worklist_changed)
         session.studies.proposed.connect(self._on_studies_proposed)
         session.studies.created.connect(self._on_studies_created)
         session.studies.volumes_found.connect(self._on_studies_volumes_found)
@@ -92,6 +93,14 @@ class StudyHandlers(QObject):
             return True
         return False
 
+    def _on_session_worklist_changed(self) -> None:
+        studies = self._session.studies
+        if self._check_dialog is not None and (
+            studies.is_kept_from_names or studies.folder != self._check_dialog.folder
+        ):
+            # It would go on naming volumes to somebody who is not to know them, or those of another study.
+            self._check_dialog.hide()
+
     def _on_studies_proposed(self, proposal: StudyProposal) -> None:
         dialog = StudyDialog(proposal, self._session.annotator_name, self._session.tool_name, self._window)
 
@@ -127,5 +136,4 @@ class StudyHandlers(QObject):
             self._check_dialog.check_requested.connect(self._check)
         self._check_dialog.show_report(report)
         self._check_dialog.show()
-        self._check_dialog.raise_()
         self._check_dialog.activateWindow()
