@@ -23,7 +23,7 @@ from tests.trial.agreement_simulation import (
 
 STUDIES = 200
 # Over 200 × 30 volumes chance alone moves a mean by 0.4 % (positions) to 0.7 % (angles), one standard error.
-SEED = 4
+SEED = 5
 
 
 def of_each_volume(method: Method, measured: dict[str, Measured]) -> Iterator[tuple[str, np.ndarray, float]]:

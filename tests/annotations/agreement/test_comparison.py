@@ -1,0 +1,235 @@
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from annotations.agreement.compared import Compared, Material
+from annotations.agreement.comparison import agreement_of, compare, counts
+from annotations.agreement.results import Agreement, Figures
+from annotations.agreement.standing import STANDINGS
+from annotations.errors import Cancelled, UserError
+from annotations.geometry.tool import ToolSpecification
+
+RESAMPLES = 100
+
+
+@pytest.fixture
+def noisy(compared_of: Callable[..., Compared], forceps: ToolSpecification) -> Compared:
+    """Ten volumes by three annotators, 50 µm off along each axis."""
+    shape_um = np.array(
+        [(0, 0, 0), (11e3, 0, 0), (11.5e3, 0, 0), (15e3, 3.5e3, 0), (15.2e3, 4e3, 0), (15e3, 1e4, 1e3)]
+    )
+    made = compared_of(shape_um + np.random.default_rng(1).normal(scale=50.0, size=(10, 3, 6, 3)))
+    # Each array is changed by itself.
+    return replace(made, is_done=made.is_done.copy(), is_blind=made.is_blind.copy())
+
+
+@pytest.fixture
+def material_of(forceps: ToolSpecification, tmp_path: Path) -> Callable[..., Material]:
+    def made(*passes: Compared) -> Material:
+        by_method = {passes[0].method: passes} if passes else {}
+        return Material("any", tmp_path, forceps, by_method, (), ())
+
+    return made
+
+
+def published(figures: Figures, target: str = "position_um") -> float | None:
+    return figures.targets[target].published.mean
+
+
+def test_the_main_figures_are_of_what_was_made_blindly(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    noisy.positions_um[3, 2] += 5000.0
+    seen = replace(noisy, is_blind=noisy.is_blind.copy())
+    seen.is_blind[3, 2] = False
+
+    all_blind = compare(material_of(noisy), resamples=RESAMPLES).methods["keypoints"]
+    one_seen = compare(material_of(seen), resamples=RESAMPLES).methods["keypoints"]
+
+    assert all_blind.with_not_blind is None
+    assert one_seen.with_not_blind is not None
+    assert published(one_seen.with_not_blind) == published(all_blind)
+    assert published(one_seen) < published(all_blind) / 2
+    assert one_seen.counts.not_blind == 1
+    assert one_seen.counts.keypoints_counted == 29 * 6
+    assert one_seen.targets["position_um"].published.n == 10
+
+
+def test_every_figure_is_given_without_points_of_doubt_too(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    noisy.doubtful[:4, 0, 0] = True
+    noisy.positions_um[:4, 0, 0] += 5000.0
+
+    result = compare(material_of(noisy), resamples=RESAMPLES).methods["keypoints"]
+
+    assert published(result.without_doubtful) < published(result) / 2
+    assert result.counts.keypoints_doubtful == 4
+    assert result.keypoints["k0"].distance_um.published.n == 10
+    # Two others are left in the four volumes.
+    assert result.without_doubtful.keypoints["k0"].distance_um.published.n == 10
+
+
+def test_what_is_left_out_is_counted(noisy: Compared) -> None:
+    noisy.positions_um[0, 0, :5] = np.nan
+    noisy.standing[0, 0, :5] = [
+        STANDINGS.index(each) for each in ("no_position", "fitted", "predicted", "derived", "synthesized")
+    ]
+    noisy.is_done[:2, 1] = False
+    noisy.has_document[9, 1:] = False
+    noisy.positions_um[9, 1:] = np.nan
+
+    found = counts(noisy)
+
+    assert (found.documents, found.volumes, found.volumes_compared, found.unfinished) == (28, 10, 9, 2)
+    assert found.keypoints_counted == 28 * 6 - 5
+    assert (
+        found.keypoints_without_position,
+        found.keypoints_fitted,
+        found.keypoints_predicted,
+        found.keypoints_derived,
+        found.keypoints_synthesized,
+    ) == (1, 1, 1, 1, 1)
+
+
+@pytest.mark.parametrize("annotators", [[0], [0, 1]], ids=["one", "two"])
+def test_few_annotators_give_none_and_no_crash(
+    noisy: Compared, material_of: Callable[..., Material], annotators: Sequence[int]
+) -> None:
+    few = only_people(noisy, annotators)
+
+    agreement = compare(material_of(few), resamples=RESAMPLES)
+
+    estimate = agreement.methods["keypoints"].targets["position_um"].published
+    assert estimate.n == (10 if len(annotators) == 2 else 0)
+    assert (estimate.mean is None) == (len(annotators) < 2)
+    assert_reads_back(agreement)
+
+
+def test_nothing_at_all_is_an_empty_comparison(material_of: Callable[..., Material]) -> None:
+    agreement = compare(material_of())
+
+    assert (agreement.methods, agreement.annotators) == ({}, ())
+    assert agreement.targets == ("position_um", "orientation_deg", "theta1_deg", "theta2_deg")
+    assert agreement.components[:4] == (
+        "position_x_um",
+        "position_y_um",
+        "position_z_um",
+        "orientation_1_deg",
+    )
+    assert_reads_back(agreement)
+
+
+def test_repeats_without_a_first_pass_are_compared_with_nothing(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    agreement = compare(material_of(only_volumes(noisy, 0), noisy), resamples=RESAMPLES)
+
+    assert agreement.methods["keypoints"].counts.documents == 0
+    assert_reads_back(agreement)
+
+
+def test_one_volume_has_no_spread_and_no_interval(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    result = compare(material_of(only_volumes(noisy, 1)), resamples=RESAMPLES).methods["keypoints"]
+
+    estimate = result.targets["position_um"].published
+    assert estimate.mean is not None
+    assert (estimate.sd, estimate.ci95, estimate.n) == (None, None, 1)
+
+
+def test_annotators_who_agree_exactly_are_at_no_distance(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    noisy.positions_um[:] = noisy.positions_um[:, :1]
+
+    agreement = compare(material_of(noisy), resamples=RESAMPLES)
+
+    assert published(agreement.methods["keypoints"]) == pytest.approx(0.0, abs=1e-9)
+    assert_reads_back(agreement)
+
+
+def test_repeats_tell_how_far_people_are_from_themselves(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    again = only_volumes(noisy, 4)
+    again.positions_um[:] += (30.0, 0.0, 40.0)
+
+    intra = compare(material_of(noisy, again), resamples=RESAMPLES).methods["keypoints"].intra
+
+    assert [each.annotator for each in intra] == ["anna", "ben", "cleo", None]
+    assert all(each.targets["position_um"].mean == pytest.approx(50.0) for each in intra)
+    assert all(each.targets["position_um"].n == 4 for each in intra)
+
+
+def test_twenty_annotators_are_compared_and_more_refused(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    twenty = only_people(noisy, [0, 1] * 10)
+    agreement = compare(material_of(twenty), resamples=RESAMPLES)
+
+    assert len(agreement.methods["keypoints"].pairs) == 190
+    with pytest.raises(UserError, match="21 annotators"):
+        compare(material_of(only_people(noisy, [0] * 21)))
+
+
+def test_the_same_material_and_seed_give_the_same_numbers(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    first, second = (compare(material_of(noisy), resamples=RESAMPLES, seed=3).methods for _ in range(2))
+
+    assert first == second
+
+
+def test_a_comparison_says_how_far_it_is_and_can_be_cancelled(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    shares: list[float] = []
+    compare(material_of(noisy), resamples=RESAMPLES, progress=shares.append)
+
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert all(0 <= share <= 1 for share in shares)
+    with pytest.raises(Cancelled):
+        compare(material_of(noisy), cancelled=lambda: True)
+
+
+def test_a_folder_is_collected_and_compared(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="no annotation file"):
+        agreement_of(tmp_path)
+
+
+def only_volumes(compared: Compared, number: int) -> Compared:
+    """Return the first volumes alone, as arrays of their own."""
+    arrays = {
+        name: value[:number].copy() for name, value in vars(compared).items() if isinstance(value, np.ndarray)
+    }
+    return replace(compared, volumes=compared.volumes[:number], **arrays)
+
+
+def only_people(compared: Compared, columns: Sequence[int]) -> Compared:
+    """Return the work of some annotators, whom everybody takes for different people."""
+    chosen = np.array(columns, dtype=np.intp)
+    arrays = {
+        name: value[:, chosen] for name, value in vars(compared).items() if isinstance(value, np.ndarray)
+    }
+    return replace(compared, annotators=tuple(f"p{number:02}" for number in range(len(columns))), **arrays)
+
+
+def assert_reads_back(agreement: Agreement) -> None:
+    """Check that no number is NaN or infinite, and that files hold everything."""
+    text = agreement.model_dump_json()
+    assert Agreement.model_validate_json(text) == agreement
+
+    def check(value: object) -> None:
+        if isinstance(value, dict | list | tuple):
+            for each in value.values() if isinstance(value, dict) else value:
+                check(each)
+        assert not isinstance(value, float) or math.isfinite(value)
+
+    check(agreement.model_dump())
