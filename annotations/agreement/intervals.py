@@ -12,7 +12,7 @@ RESAMPLES = 2000
 
 _FEW = 200
 """Up to how many volumes are resampled; beyond, the limit of many resamples is as near, and costs nothing."""
-_LEVELS = (0.025, 0.975)
+_LEAST_LEVEL = 1e-9
 _RESAMPLED_AT_ONCE = 500_000
 _ROUNDING = 1e-12
 
@@ -45,7 +45,11 @@ def mean_ci95(
 
     Bias-corrected and accelerated (B. Efron, *Better bootstrap confidence intervals*, Journal of the American
     Statistical Association 82, 1987): distances are skewed, and for them plain percentiles leave out more at
-    the upper end than at the lower. The same values give the same interval, whatever was computed before.
+    the upper end than at the lower. Resamples of n values spread by √((n − 1)/n) too little, and like a
+    normal variable where t of n − 1 degrees of freedom is called for. Therefore quantiles of
+    Φ(∓ √(n/(n − 1)) t) are taken instead of 2.5 and 97.5 % (T. C. Hesterberg, *What teachers should know
+    about the bootstrap*, The American Statistician 69, 2015): for 30 volumes, of 1.9 and 98.1 %. The same
+    values give the same interval, whatever was computed before.
 
     Beyond 200 volumes, nothing is drawn. Quantiles of the mean of a resample are then those of E. Cornish
     and R. Fisher's expansion in its skewness γ/√n, and the bias correction and the acceleration are both
@@ -77,6 +81,7 @@ def mean_ci95(
 def _resampled(values: NDArray[np.float64], resamples: int, seed: int) -> tuple[float, float]:
     from scipy.stats import bootstrap
 
+    low_level = _low_level(values.size)
     # Scaled, or products of tiny deviations would underflow.
     mean, width = float(values.mean()), float(np.ptp(values))
     found = bootstrap(
@@ -85,13 +90,14 @@ def _resampled(values: NDArray[np.float64], resamples: int, seed: int) -> tuple[
         n_resamples=resamples,
         batch=max(1, _RESAMPLED_AT_ONCE // values.size),
         vectorized=True,
+        confidence_level=1 - 2 * low_level,
         method="BCa",
         random_state=np.random.default_rng(seed),
     )
     interval = found.confidence_interval
     if not (math.isfinite(interval.low) and math.isfinite(interval.high)):
         # Too few different means to tell how far the estimate is from their middle.
-        low, high = np.quantile(found.bootstrap_distribution, _LEVELS)
+        low, high = np.quantile(found.bootstrap_distribution, [low_level, 1 - low_level])
         return float(mean + width * low), float(mean + width * high)
     return float(mean + width * interval.low), float(mean + width * interval.high)
 
@@ -104,8 +110,16 @@ def _limit_of_resampling(values: NDArray[np.float64]) -> tuple[float, float]:
     sd = math.sqrt(float(np.mean(deviations**2)))
     skewness = float(np.mean((deviations / sd) ** 3)) / math.sqrt(values.size)
     acceleration = skewness / 6
-    shifted = acceleration + ndtri(_LEVELS)
+    level = _low_level(values.size)
+    shifted = acceleration + ndtri([level, 1 - level])
     z = acceleration + shifted / (1 - acceleration * shifted)
     quantiles = z + skewness * (z**2 - 1) / 6
     low, high = mean + width * sd / math.sqrt(values.size) * quantiles
     return float(low), float(high)
+
+
+def _low_level(n: int) -> float:
+    """Return of which quantile the lower end is: 2.5 % for many values, less for few."""
+    from scipy.special import ndtr, stdtrit
+
+    return max(_LEAST_LEVEL, float(ndtr(math.sqrt(n / (n - 1)) * stdtrit(n - 1, 0.025))))

@@ -226,7 +226,13 @@ class VolumeResult(Record):
 
 
 class TurnedBox(Record):
-    """Boxes that are the same body, one of them turned by 180° about its own x: the hinge's sense differs."""
+    """Boxes that are the same body, some of them turned by 180° about their own x: the hinge's sense differs.
+
+    Attributes
+    ----------
+    annotators : tuple of str
+        Those in the minority; of as many on either side all.
+    """
 
     volume: str
     link: str

@@ -24,19 +24,20 @@ def test_mean_and_its_standard_error_are_the_published_ones_of_the_mouse_data() 
 
 
 def test_interval_of_few_values_is_that_of_an_own_bias_corrected_and_accelerated_bootstrap() -> None:
-    """Efron's formulas, written out here with another stream of random numbers."""
-    from scipy.special import ndtr, ndtri
+    """Efron's formulas and Hesterberg's levels, written out here, with another stream of random numbers."""
+    from scipy.special import ndtr
+    from scipy.stats import norm, t
 
     values = TREATED_MICE_DAYS
     rng = np.random.default_rng(1)
     means = np.sort(values[rng.integers(0, 7, (200_000, 7))].mean(axis=1))
-    correction = ndtri((np.mean(means < values.mean()) + np.mean(means <= values.mean())) / 2)
+    correction = norm.ppf((np.mean(means < values.mean()) + np.mean(means <= values.mean())) / 2)
     left_out = (values.sum() - values) / 6
     pulls = left_out.mean() - left_out
     acceleration = np.sum(pulls**3) / (6 * np.sum(pulls**2) ** 1.5)
-    shifted = correction + ndtri([0.025, 0.975])
+    shifted = correction + np.sqrt(7 / 6) * t(6).ppf([0.025, 0.975])
     levels = ndtr(correction + shifted / (1 - acceleration * shifted))
-    assert mean_ci95(values, resamples=20_000) == pytest.approx(np.quantile(means, levels), abs=1.5)
+    assert mean_ci95(values, resamples=20_000) == pytest.approx(np.quantile(means, levels), abs=2.5)
 
 
 def test_interval_of_many_values_is_what_scipy_comes_to_by_resampling() -> None:
@@ -46,7 +47,7 @@ def test_interval_of_many_values_is_what_scipy_comes_to_by_resampling() -> None:
     ).confidence_interval
     low, high = mean_ci95(values) or (0.0, 0.0)
     width = theirs.high - theirs.low
-    assert (low, high) == pytest.approx((theirs.low, theirs.high), abs=0.02 * width)
+    assert (low, high) == pytest.approx((theirs.low, theirs.high), abs=0.03 * width)
     assert high - values.mean() > 1.02 * (values.mean() - low)
 
 
