@@ -1,4 +1,4 @@
-"""The volumes to annotate as a list: label, status in words and as a mark, flag, and the time spent."""
+"""The volumes to annotate as a list: status as a mark, label, flag, and the time spent."""
 
 from typing import Any
 
@@ -13,8 +13,8 @@ from annotator.session.worklist import ItemStatus, WorkItem
 Index = QModelIndex | QPersistentModelIndex
 _ROOT = QModelIndex()
 _WORDS: dict[ItemStatus, str] = {"new": "to do", "in_progress": "in progress", "done": "done"}
-_COLUMNS = ("Volume", "Status", "", "Time")
-VOLUME, STATUS, FLAG, TIME = range(len(_COLUMNS))
+_COLUMNS = ("Volume", "", "Time")
+VOLUME, FLAG, TIME = range(len(_COLUMNS))
 
 
 def status_words(status: ItemStatus) -> str:
@@ -65,16 +65,14 @@ class WorklistModel(QAbstractTableModel):
         is_current = index.row() == self._current
         match role:
             case Qt.ItemDataRole.DisplayRole:
-                return (item.label, _WORDS[item.status], "", _time(item))[column]
+                return (item.label, "", _time(item))[column]
             case Qt.ItemDataRole.AccessibleTextRole:
-                named = f"{item.label}{', open' if is_current else ''}"
-                return (named, _WORDS[item.status], _flag_words(item), _time(item))[column]
+                named = f"{item.label}, {_WORDS[item.status]}{', open' if is_current else ''}"
+                return (named, _flag_words(item), _time(item))[column]
             case Qt.ItemDataRole.DecorationRole if column == VOLUME:
                 return _mark(item.status)
             case Qt.ItemDataRole.DecorationRole if column == FLAG and item.flag is not None:
                 return _flag()
-            case Qt.ItemDataRole.ForegroundRole if column == STATUS:
-                return _color(item.status)
             case Qt.ItemDataRole.TextAlignmentRole if column == TIME:
                 return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             case Qt.ItemDataRole.FontRole if is_current:
@@ -86,7 +84,7 @@ class WorklistModel(QAbstractTableModel):
         return None
 
     def _tool_tip(self, item: WorkItem) -> str:
-        lines = [item.label]
+        lines = [f"{item.label}: {_WORDS[item.status]}"]
         if not self._session.is_blind:
             lines += [str(item.volume_path), f"Annotation: {item.annotation_path}"]
         if item.flag is not None:

@@ -22,7 +22,7 @@ from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
 from annotator.panels.name_elision import ElidedNameDelegate
 from annotator.panels.worklist_filter import KINDS, WorklistFilter, kind_words
-from annotator.panels.worklist_model import FLAG, STATUS, TIME, WorklistModel, status_words
+from annotator.panels.worklist_model import FLAG, TIME, WorklistModel, status_words
 from annotator.session import Session
 from annotator.session.worklist import ItemStatus, WorkItem
 
@@ -50,7 +50,7 @@ class WorklistPanel(QWidget):
 
         self._filter = named(QLineEdit(), "worklist_filter")
         self._filter.setAccessibleName("Filter the volumes")
-        self._filter.setPlaceholderText("Filter by name or status")
+        self._filter.setPlaceholderText("Filter")
         self._filter.setToolTip("Shows the volumes whose name, status or flag contains this")
         self._filter.setClearButtonEnabled(True)
         self._filter.textChanged.connect(self._shown.show_text)
@@ -72,7 +72,7 @@ class WorklistPanel(QWidget):
         self._list.setItemDelegateForColumn(0, ElidedNameDelegate(self._model.labels, self._list))
         self._list.header().setStretchLastSection(False)
         self._list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        for column in (STATUS, FLAG, TIME):
+        for column in (FLAG, TIME):
             self._list.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         self._list.header().setMinimumSectionSize(self.fontMetrics().height())
         self._list.activated.connect(self._on_list_activated)
@@ -131,6 +131,7 @@ class WorklistPanel(QWidget):
         self._progress.setRange(0, max(len(items), 1))
         self._progress.setValue(done)
         self._progress.setFormat(f"{done} of {len(items)} done")
+        self._progress.setToolTip(f"Volumes that are done by {self._session.method}")
         self._summary.setVisible(bool(items))
         self._summary.setText(_summary(items, self._session.worklist.done_elsewhere))
         current = self._session.current_index
@@ -153,4 +154,6 @@ def _summary(items: Sequence[WorkItem], done_elsewhere: Mapping[Method, int]) ->
     if seconds >= 1:
         counts.append(f"{duration(seconds)} at work")
     others = [f"By {method}: {done} of {len(items)} done" for method, done in done_elsewhere.items()]
-    return "\n".join(filter(None, (" · ".join(counts), *others)))
+    # Lines are broken between the counts, not inside of them.
+    whole = (count.replace(" ", "\N{NO-BREAK SPACE}") for count in counts)
+    return "\n".join(filter(None, (" · ".join(whole), *others)))

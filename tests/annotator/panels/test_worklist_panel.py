@@ -5,12 +5,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QLineEdit, QProgressBar, QPushButton, QTreeView
+from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QProgressBar, QPushButton, QTreeView
 from pytestqt.qtbot import QtBot
 
+from annotations.documents.annotation import stamped
+from annotations.documents.edits import set_flag
+from annotations.documents.files import load_annotation, save_annotation
+from annotations.documents.provenance import Stamps
 from annotations.volumes import write_sidecar
 from annotator.panels.worklist_panel import WorklistPanel
 from annotator.session import Session
+from annotator.session.worklist import read_worklist
+from tests.annotator.blind_study import annotate, write_study
+from tests.annotator.conftest import open_and_wait
 
 LEFT = Qt.MouseButton.LeftButton
 ROLE = Qt.ItemDataRole
@@ -51,7 +58,8 @@ def items(panel: WorklistPanel) -> QTreeView:
 
 def rows(items: QTreeView) -> list[tuple[str, str]]:
     model = items.model()
-    return [(model.index(row, 0).data(), model.index(row, 1).data()) for row in range(model.rowCount())]
+    spoken = [model.index(row, 0).data(ROLE.AccessibleTextRole) for row in range(model.rowCount())]
+    return [tuple(text.split(", ")[:2]) for text in spoken]
 
 
 def open_with(qtbot: QtBot, session: Session, index: int, act: object) -> None:
@@ -78,7 +86,7 @@ def test_volumes_are_listed_with_their_status(three: Session, panel: WorklistPan
 def test_the_open_volume_is_marked(three: Session, items: QTreeView) -> None:
     first = items.model().index(0, 0)
     assert first.data(ROLE.FontRole).bold()
-    assert first.data(ROLE.AccessibleTextRole) == "v001.npy, open"
+    assert first.data(ROLE.AccessibleTextRole) == "v001.npy, to do, open"
     assert items.model().index(1, 0).data(ROLE.FontRole) is None
     assert items.currentIndex().row() == 0
 
@@ -169,3 +177,145 @@ def test_an_empty_list_says_so(qtbot: QtBot, empty_session: Session) -> None:
     progress = panel.findChild(QProgressBar, "worklist_progress")
     assert isinstance(progress, QProgressBar)
     assert progress.isHidden()
+
+
+# The queue of a study
+
+
+def queue_panel(qtbot: QtBot, session: Session, folder: Path) -> WorklistPanel:
+    panel = WorklistPanel(session)
+    qtbot.addWidget(panel)
+    panel.resize(280, 400)
+    panel.show()
+    open_and_wait(qtbot, session, folder)
+    return panel
+
+
+def text_of(panel: WorklistPanel, name: str) -> str:
+    label = panel.findChild(QLabel, name)
+    assert isinstance(label, QLabel)
+    return label.text().replace("\N{NO-BREAK SPACE}", " ")
+
+
+def listed(panel: WorklistPanel) -> QTreeView:
+    items = panel.findChild(QTreeView, "worklist_list")
+    assert isinstance(items, QTreeView)
+    return items
+
+
+def place_of(session: Session, volume_id: str, repeat: int = 0) -> int:
+    places = [(item.volume_id, item.repeat) for item in session.items]
+    return places.index((volume_id, repeat))
+
+
+def test_the_queue_sums_up_what_is_to_do_in_progress_done_flagged_and_how_long_it_took(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
+) -> None:
+    folder = write_study(tmp_path / "study", methods=("keypoints", "boxes"))
+    annotate(folder, "anna", "first")
+    annotate(folder, "anna", "kidney_07", repeat=1, status="in_progress")
+    annotate(folder, "anna", "kidney_07", method="boxes")
+    path = annotate(folder, "anna", "porcine-liver")
+    document, identity = load_annotation(path)
+    flagged = stamped(set_flag(document, "dark"), Stamps(active_seconds=3725.4))
+    save_annotation(flagged, path, expected=identity)
+    panel = queue_panel(qtbot, empty_session, folder)
+    progress = panel.findChild(QProgressBar, "worklist_progress")
+    assert isinstance(progress, QProgressBar)
+    assert progress.text() == "2 of 5 done"
+    summary = "2 to do · 1 in progress · 1 flagged · 1:02:05 at work\nBy boxes: 1 of 5 done"
+    assert text_of(panel, "worklist_summary") == summary
+    row = place_of(empty_session, "porcine-liver")
+    model = listed(panel).model()
+    assert model.index(row, 2).data() == "1:02:05"
+    assert model.index(row, 1).data(ROLE.AccessibleTextRole) == "Flagged: dark"
+    assert not model.index(row, 1).data(ROLE.DecorationRole).isNull()
+    tip = model.index(row, 0).data(ROLE.ToolTipRole)
+    assert tip == f"Volume {row + 1}: done\nFlagged: dark\n1:02:05 at work"
+    other = place_of(empty_session, "first")
+    assert model.index(other, 1).data(ROLE.DecorationRole) is None
+    assert model.index(other, 2).data() == ""
+
+
+def test_a_flag_and_the_time_are_in_the_list_at_once(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
+) -> None:
+    panel = queue_panel(qtbot, empty_session, write_study(tmp_path / "study"))
+    empty_session.set_flag("look here")
+    model = listed(panel).model()
+    assert model.index(0, 1).data(ROLE.AccessibleTextRole) == "Flagged: look here"
+    assert "1 flagged" in text_of(panel, "worklist_summary")
+    assert empty_session.undo_stack.count() == 1
+    empty_session.undo()
+    assert model.index(0, 1).data(ROLE.AccessibleTextRole) == ""
+    assert "flagged" not in text_of(panel, "worklist_summary")
+
+
+def test_the_list_can_be_narrowed_to_one_status_or_the_flagged_and_keeps_its_order(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
+) -> None:
+    folder = write_study(tmp_path / "study")
+    annotate(folder, "anna", "kidney_07")
+    path = annotate(folder, "anna", "first")
+    document, identity = load_annotation(path)
+    save_annotation(set_flag(document, "dark"), path, expected=identity)
+    panel = queue_panel(qtbot, empty_session, folder)
+    kind = panel.findChild(QComboBox, "worklist_kind")
+    assert isinstance(kind, QComboBox)
+    assert [kind.itemText(row) for row in range(kind.count())] == [
+        "All",
+        "To do",
+        "In progress",
+        "Done",
+        "Flagged",
+    ]
+
+    def shown() -> list[str]:
+        return [label for label, _ in rows(listed(panel))]
+
+    everything = shown()
+    assert everything == [f"Volume {number}" for number in range(1, 6)]
+    kind.setCurrentText("Done")
+    places = sorted((place_of(empty_session, "first"), place_of(empty_session, "kidney_07")))
+    assert shown() == [everything[place] for place in places]
+    kind.setCurrentText("Flagged")
+    assert shown() == [everything[place_of(empty_session, "first")]]
+    kind.setCurrentText("In progress")
+    assert shown() == []
+    empty_session.place((1.0, 2.0, 3.0))
+    assert empty_session.current_index is not None
+    assert shown() == [everything[empty_session.current_index]]
+    kind.setCurrentText("All")
+    field = panel.findChild(QLineEdit, "worklist_filter")
+    assert isinstance(field, QLineEdit)
+    qtbot.keyClicks(field, "DARK")
+    assert shown() == [everything[place_of(empty_session, "first")]]
+
+
+def test_a_study_opens_at_the_first_volume_that_is_not_done_and_goes_on_to_the_next_one(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
+) -> None:
+    folder = write_study(tmp_path / "study")
+    for item in read_worklist(folder, "anna").items[:2]:
+        assert item.volume_id is not None
+        annotate(folder, "anna", item.volume_id, repeat=item.repeat)
+    open_and_wait(qtbot, empty_session, folder)
+    assert empty_session.current_index == 2
+    assert empty_session.next_to_do() == 3
+    empty_session.open_item(4)
+    qtbot.waitUntil(lambda: empty_session.current_index == 4 and not empty_session.jobs.running)
+    # From the end it begins again with what was passed over.
+    assert empty_session.next_to_do() == 2
+
+
+def test_every_pass_has_its_own_status_and_none_is_called_one(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
+) -> None:
+    folder = write_study(tmp_path / "study")
+    annotate(folder, "anna", "kidney_07")
+    panel = queue_panel(qtbot, empty_session, folder)
+    first, again = place_of(empty_session, "kidney_07"), place_of(empty_session, "kidney_07", 1)
+    told = rows(listed(panel))
+    assert told[first] == (f"Volume {first + 1}", "done")
+    assert told[again][0] == f"Volume {again + 1}"
+    assert [status for _, status in told].count("done") == 1
