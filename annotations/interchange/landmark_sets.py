@@ -153,9 +153,9 @@ def session_distances(sets: LandmarkSets, tutorial: str | None = None) -> NDArra
 
     The mean point of a landmark is the mean over all raters' positions in all sessions, the tutorial's
     included; the distances are those of the other sessions. So defined, the mean over all distances is what
-    Lau et al. (2019) give for the MNI2009bAsym template: 0.99 mm with a standard deviation of 1.11 mm. (With
-    their files, session 0 as the tutorial and the three doubled labels repaired: 0.993 and 1.112 mm; with
-    these set aside instead 0.987 mm, with the labels as they stand 1.027 mm.)
+    Lau et al. (2019) give for the MNI2009bAsym template: 0.99 mm. (With their files, session 0 as the
+    tutorial and the three doubled labels repaired: 0.993 mm; with these set aside instead 0.987 mm, with the
+    labels as they stand 1.027 mm.)
 
     Returns
     -------
