@@ -7,12 +7,10 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoStack
 
-from annotations.documents import edits
 from annotations.documents.annotation import Annotation
 from annotations.documents.edits import EditRefused
 from annotations.documents.provenance import Viewing
 from annotations.documents.record import Method
-from annotations.documents.representations import keypoint_positions_um
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
@@ -25,10 +23,11 @@ from annotator.session.document_file import DocumentFile
 from annotator.session.jobs import Jobs
 from annotator.session.level_loader import LevelLoader
 from annotator.session.neutral_words import NeutralWords
+from annotator.session.on_its_way import drawn_in, shown_positions_um
 from annotator.session.opening import Opened
 from annotator.session.options import SessionOptions
 from annotator.session.remembered import Remembered
-from annotator.session.view import Draft, Preview, View
+from annotator.session.view import View
 from annotator.session.worklist import WorkItem, Worklist
 
 
@@ -256,12 +255,12 @@ class SessionState(QObject):
     @property
     def shown_document(self) -> Annotation | None:
         """The document with what is on its way drawn in: a draft, or the preview of a keypoint."""
-        return self._shown.result(_drawn_in, self._document, self._view.draft, self._view.preview)
+        return self._shown.result(drawn_in, self._document, self._view.draft, self._view.preview)
 
     def shown_positions_um(self) -> Mapping[str, Vector]:
         """Return the positions in µm of the shown keypoints, by name; those of boxes are at their ends."""
         return self._shown_positions_um.result(
-            _positions_um, self.shown_document, self.tool, self._view.preview
+            shown_positions_um, self.shown_document, self.tool, self._view.preview
         )
 
     def shown_anchor_um(self, name: str) -> Vector | None:
@@ -413,23 +412,3 @@ class SessionState(QObject):
 
     def _on_undo_stack_clean_changed(self, _clean: bool) -> None:
         self.save_state_changed.emit()
-
-
-def _drawn_in(document: Annotation | None, draft: Draft | None, preview: Preview | None) -> Annotation | None:
-    if draft is not None:
-        return draft.document
-    if document is None or preview is None or document.method != "keypoints":
-        return document
-    try:
-        return edits.place_keypoint(document, preview.keypoint, preview.position_um, preview.source)
-    except EditRefused:
-        return document
-
-
-def _positions_um(
-    document: Annotation | None, tool: ToolSpecification | None, preview: Preview | None
-) -> Mapping[str, Vector]:
-    if document is None or tool is None:
-        return {}
-    moving_um = {preview.keypoint: preview.position_um} if preview is not None else {}
-    return {**keypoint_positions_um(document, tool), **moving_um}
