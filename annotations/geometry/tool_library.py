@@ -1,7 +1,8 @@
 """Where tool specifications are found: a study's own folder, the user's, and the package."""
 
+import functools
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
 
@@ -42,6 +43,12 @@ def load_tool(path: Path) -> ToolSpecification:
 
 def shipped_tools() -> dict[str, ToolSpecification]:
     """Return the tool specifications that come with the package, by name."""
+    return dict(_shipped())
+
+
+@functools.cache
+def _shipped() -> Mapping[str, ToolSpecification]:
+    # Read once: thousands of documents may name one of them, and they change with the program alone.
     folder = resources.files("annotations.geometry") / "tools"
     files = sorted(
         (file for file in folder.iterdir() if file.name.endswith(".toml")), key=lambda file: file.name
