@@ -2,6 +2,7 @@
 
 ``hold PATH``: take the lock of a document, say so, and wait to be killed or for a line on the input.
 ``race PATH``: say that it is ready, wait for a line, try to take the lock, and say whether that worked.
+``guard PATH``: begin to write beside a document, say so, and do not end before a line on the input.
 ``save FOLDER SEED ROUNDS``: edit and save documents of a folder, and report on every save.
 """
 
@@ -14,6 +15,7 @@ from annotations.documents.annotation import Annotation
 from annotations.documents.edits import place_keypoint
 from annotations.documents.files import ChangedOnDisk, load_annotation, save_annotation
 from annotations.documents.locks import DocumentLock, DocumentLocked
+from annotations.documents.write_guard import writing_beside
 
 
 def report(**fields: object) -> None:
@@ -39,6 +41,13 @@ def race(path: Path) -> None:
     except DocumentLocked:
         report(won=False)
     sys.stdin.readline()
+
+
+def guard(path: Path) -> None:
+    """Hold the guard of a document's folder."""
+    with writing_beside(path):
+        report(inside=True)
+        sys.stdin.readline()
 
 
 def save_at_random(folder: Path, seed: int, rounds: int) -> None:
@@ -74,4 +83,6 @@ def save_at_random(folder: Path, seed: int, rounds: int) -> None:
 
 if __name__ == "__main__":
     job, target, *numbers = sys.argv[1:]
-    {"hold": hold, "race": race, "save": save_at_random}[job](Path(target), *map(int, numbers))
+    {"hold": hold, "race": race, "guard": guard, "save": save_at_random}[job](
+        Path(target), *map(int, numbers)
+    )

@@ -299,6 +299,17 @@ class TestAnotherComputer:
         assert session.save()
 
 
+def test_the_lock_is_renewed_as_long_as_the_document_is_open(qtbot, session):
+    path = path_of(session)
+    written = time.time() - 1000
+    os.utime(lock_path(path), (written, written))
+    session._locks._timer.setInterval(1)
+    qtbot.waitUntil(lambda: lock_path(path).stat().st_mtime > written + 500)
+    session.close_volume()
+    assert not session._locks._timer.isActive()
+    assert holder_of(path) is None
+
+
 def test_a_document_that_a_dead_process_had_open_can_be_changed_at_once(qtbot, session, options):
     session.place(HERE_UM)
     path = path_of(session)
