@@ -100,7 +100,7 @@ def _beyond(measured: Measured, apart: Array, limit: float) -> list[tuple[int, i
         worst = distances.argmax(axis=1)
         rows = np.arange(volumes.size)
         is_beyond = distances[rows, worst] > limit
-        alone = (distances > 0).sum(axis=1) == 2
+        alone = np.isfinite(left).sum(axis=1) == 2
         for row in np.flatnonzero(is_beyond):
             both = np.flatnonzero(distances[row] > limit) if alone[row] else worst[row : row + 1]
             found += [(int(volumes[row]), int(who), float(distances[row, who])) for who in both]
