@@ -66,7 +66,7 @@ def collect(
     above = study_folder_of(folder / STUDY_FILE)
     folders = [*([above / "tools"] if above else []), *tool_folders]
     reader = DocumentReader(folder, study, folders, done_only=done_only)
-    files = files_of_study(folder) if study else files_below(folder)
+    files, unread = files_of_study(folder) if study else files_below(folder)
     for number, relative in enumerate(files):
         if number % _AT_ONCE == 0:
             if cancelled():
@@ -75,7 +75,7 @@ def collect(
         reader.read(relative)
     documents, left_out = sift(reader.documents)
     documents, idle = _of_people_who_placed(documents, reader)
-    left_out = sorted((*reader.left_out, *left_out, *idle), key=lambda each: each.path)
+    left_out = sorted((*unread, *reader.left_out, *left_out, *idle), key=lambda each: each.path)
     if documents:
         tool = reader.tools[documents[0].tool_key]
     elif study:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 from annotations.agreement.documents_read import DocumentRead, name_of_volume
-from annotations.agreement.found_files import begins_like_annotation
+from annotations.agreement.found_files import begins_like_annotation, plain_text
 from annotations.agreement.part_table import PartTable
 from annotations.agreement.results import LeftOut
 from annotations.documents.annotation import Annotation
@@ -87,9 +87,12 @@ class DocumentReader:
                 volume = name.volume_id
             self.documents.append(self._read(document, relative, sha256, volume))
         except _Unsuited as reason:
-            self.left_out.append(LeftOut(path=relative, reason=str(reason)))
+            self._leave_out(relative, str(reason))
         except UserError as error:
-            self.left_out.append(LeftOut(path=relative, reason=_in_words(error, path)))
+            self._leave_out(relative, _in_words(error, path))
+
+    def _leave_out(self, relative: str, reason: str) -> None:
+        self.left_out.append(LeftOut(path=plain_text(relative), reason=plain_text(reason)))
 
     def _check_name(self, name: AnnotationName | None, path: Path) -> None:
         """Say of some of a study's files that they need not be opened."""
@@ -113,14 +116,14 @@ class DocumentReader:
             table = self.tables[tool_key, document.method] = PartTable(document.method, self.tools[tool_key])
         volume = document.volume
         return DocumentRead(
-            path=relative,
+            path=plain_text(relative),
             sha256=sha256,
             tool_key=tool_key,
             volume=self._once(volume_key),
-            volume_name=self._once(name_of_volume(volume.path, volume.dataset)),
+            volume_name=self._once(plain_text(name_of_volume(volume.path, volume.dataset))),
             fingerprint=self._once(volume.fingerprint),
             spacing_um=self._once(volume.spacing_um),
-            annotator=self._once(document.annotator),
+            annotator=self._once(plain_text(document.annotator)),
             method=document.method,
             repeat=document.repeat,
             status=document.status,

@@ -88,10 +88,10 @@ def write_study(folder: Path, annotators: int, volumes: int, method: str) -> Non
 
 def parse_only(folder: Path) -> dict[str, float]:
     """Read every file and parse its JSON."""
-    began_s = time.perf_counter()
-    for path in folder.glob("annotations/*/*.json"):
-        json.loads(path.read_bytes())
-    return {"parse_s": time.perf_counter() - began_s, "parse_peak_mib": peak_mib()}
+    with Timer("parse") as timer:
+        for path in folder.glob("annotations/*/*.json"):
+            json.loads(path.read_bytes())
+    return timer.figures
 
 
 def collect_and_compare(folder: Path) -> dict[str, float]:
@@ -99,24 +99,38 @@ def collect_and_compare(folder: Path) -> dict[str, float]:
     from annotations.agreement.collecting import collect
     from annotations.agreement.comparison import compare
 
-    began_s = time.perf_counter()
-    material = collect(folder)
-    collected_s, collected_mib = time.perf_counter() - began_s, peak_mib()
-    began_s = time.perf_counter()
-    compare(material)
+    with Timer("collect") as collecting:
+        material = collect(folder)
+    with Timer("compare") as comparing:
+        compare(material)
     return {
         "files": float(len(material.inputs)),
         "left_out": float(len(material.left_out)),
-        "collect_s": collected_s,
-        "collect_peak_mib": collected_mib,
-        "compare_s": time.perf_counter() - began_s,
-        "compare_peak_mib": peak_mib(),
+        **collecting.figures,
+        **comparing.figures,
     }
 
 
-def peak_mib() -> float:
-    """Return the largest resident memory of this process so far, MiB (Linux counts in KiB)."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+class Timer:
+    """Notes what is used within it: time, the processor's time, which other work does not add to, and memory.
+
+    The memory is the largest that this process has held so far (Linux counts it in KiB).
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self.figures: dict[str, float] = {}
+
+    def __enter__(self) -> "Timer":
+        self._began_s = time.perf_counter(), time.process_time()
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.figures = {
+            f"{self._name}_s": time.perf_counter() - self._began_s[0],
+            f"{self._name}_cpu_s": time.process_time() - self._began_s[1],
+            f"{self._name}_peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        }
 
 
 STEPS = {"parse": parse_only, "compare": collect_and_compare}

@@ -1,4 +1,6 @@
 import json
+import os
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -8,6 +10,7 @@ import pytest
 
 from annotations.agreement.collecting import collect
 from annotations.agreement.compared import Material
+from annotations.agreement.comparison import agreement_of
 from annotations.agreement.standing import STANDINGS
 from annotations.documents.annotation import Annotation, VolumeReference, new_annotation
 from annotations.documents.edits import place_box, place_keypoint, set_status
@@ -419,6 +422,44 @@ def test_of_two_documents_of_one_piece_of_work_the_later_counts(tmp_path: Path) 
         "copy.json": f"{same}, which was modified later",
         "own2.json": same,
     }
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere every name is Unicode")
+def test_names_that_are_no_unicode_do_not_stop_a_comparison(tmp_path: Path) -> None:
+    write(tmp_path / os.fsdecode(b"a\xff.json"), document("anna", "scan"))
+    write(tmp_path / os.fsdecode(b"b\xff.json"), document("ben", "scan").model_copy(update={"repeat": 1}))
+    write(tmp_path / os.fsdecode(b"c\xff.keypoints.json"), b"{")
+
+    agreement = agreement_of(tmp_path, resamples=10)
+
+    assert [each.path for each in (*agreement.inputs, *agreement.left_out)] == [
+        "a?.json", "b?.json", "c?.keypoints.json"
+    ]  # fmt: skip
+    assert "a?.json" in agreement.model_dump_json()
+
+
+@pytest.mark.parametrize("in_study", [True, False])
+def test_a_folder_that_cannot_be_read_is_said(
+    study: AStudy, monkeypatch: pytest.MonkeyPatch, in_study: bool
+) -> None:
+    study.add(document("anna"), document("ben"))
+    if not in_study:
+        (study.folder / "study.toml").unlink()
+    scan = os.scandir
+
+    def refuse(path: str | Path) -> Any:
+        if Path(path).name == "ben":
+            raise PermissionError(13, "Permission denied", str(path))
+        return scan(path)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+
+    material = study.collect()
+
+    assert [each.annotator for each in material.inputs] == ["anna"]
+    assert [(each.path, each.reason) for each in material.left_out] == [
+        ("annotations/ben", "the folder could not be read (Permission denied)")
+    ]
 
 
 @pytest.mark.parametrize("files", [[], ["other.json"], ["v1.keypoints.json"]], ids=str)
