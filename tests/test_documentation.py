@@ -2,6 +2,7 @@
 
 import json
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args
@@ -17,8 +18,8 @@ from annotations.documents.annotation import (
     VolumeReference,
 )
 from annotations.documents.files import parse_annotation
-from annotations.documents.provenance import Derivation
-from annotations.documents.study import Study, StudyVolume, load_study
+from annotations.documents.provenance import Contribution, Derivation, Viewing
+from annotations.documents.study import Study, StudyVolume, ViewingRules, load_study
 from annotations.geometry.tool import AngleTarget, Joint, Link, Targets, ToolSpecification
 from annotations.geometry.tool_library import parse_tool, shipped_tools
 from annotations.volumes.file_metadata import SPACING_NAMES
@@ -37,6 +38,7 @@ MODELS = (
     Annotation,
     AngleTarget,
     BoxAnnotation,
+    Contribution,
     Derivation,
     Joint,
     KeypointAnnotation,
@@ -45,6 +47,8 @@ MODELS = (
     StudyVolume,
     Targets,
     ToolSpecification,
+    Viewing,
+    ViewingRules,
     VolumeReference,
 )
 
@@ -82,6 +86,14 @@ def test_the_derivation_in_the_file_format_loads() -> None:
     assert Derivation.model_validate(fields["derived_from"]).roll_deg == -142.8
 
 
+def test_the_consensus_and_the_viewing_in_the_file_format_load() -> None:
+    contributions = json.loads(example('"consensus_of"'))["consensus_of"]
+    viewings = json.loads(example('"viewings"'))["viewings"]
+
+    assert [Contribution.model_validate(fields).repeat for fields in contributions] == [0, 1]
+    assert [Viewing.model_validate(fields).status for fields in viewings] == ["in_progress"]
+
+
 def test_the_file_format_names_every_source() -> None:
     assert [source for source in get_args(Source) if f"`{source}`" not in FILE_FORMAT] == []
 
@@ -92,6 +104,9 @@ def test_the_study_in_the_file_format_loads(tmp_path: Path) -> None:
     study = load_study(tmp_path)
 
     assert [volume.dataset for volume in study.volumes] == [None, "scan/intensity"]
+    # The example shows every field with something to say.
+    assert set(tomllib.loads(example("oct-study/1"))) == set(fields_of(Study))
+    assert study.methods_of("ben") == ("keypoints",)
 
 
 def test_the_tool_in_the_file_format_is_the_one_that_ships() -> None:
