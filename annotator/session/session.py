@@ -1,49 +1,37 @@
 """The session: opens and recovers what its bases edit, save and announce."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject
 
-from annotations.documents.annotation import Annotation
 from annotations.documents.files import file_identity
 from annotations.documents.record import Method
-from annotations.documents.recovery import Recovery, discard, find_recoveries
+from annotations.documents.recovery import Recovery
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown
-from annotations.geometry.frames import vector
 from annotator.session.agreeing import Agreeing
 from annotator.session.deriving import write_derived
 from annotator.session.document_file import DocumentFile
+from annotator.session.first_view import first_view, nothing_open
 from annotator.session.jobs import Job, Result
-from annotator.session.locking import SessionLocking
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
 from annotator.session.others import Others
+from annotator.session.recovering import SessionRecovering, tells_more
 from annotator.session.settling import Settling
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.studies import Studies
-from annotator.session.study_paths import LookNeeded, neutral_label, read_path
-from annotator.session.view import View
+from annotator.session.study_paths import LookNeeded, read_path
 from annotator.session.volume_opener import VolumeOpener
 from annotator.session.worklist import Worklist, read_worklist, worklist_with
 
-_NOTHING_ON_ITS_WAY: dict[str, Any] = {
-    "preview": None,
-    "draft": None,
-    "first_end_um": None,
-    "free_links": frozenset(),
-    "pose": None,
-    "refinement": None,
-}
 
-
-class Session(SessionLocking):
+class Session(SessionRecovering):
     """Everything that is open in one window, and the only way to change it; signals: see `SessionState`."""
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
@@ -244,17 +232,6 @@ class Session(SessionLocking):
 
     # Recovery
 
-    def offer_recoveries(self) -> None:
-        """Look, in the background, for what a dead program left behind, and ask about it."""
-        folder = self._options.recovery_folder
-        self.jobs.start(
-            "Looking for unsaved work",
-            lambda _progress, _cancelled: find_recoveries(folder),
-            done=self._on_recoveries_found,
-            failed=self._raise_error,
-            shown=False,
-        )
-
     def recover(self, recovery: Recovery) -> None:
         """Open the document of a recovery, with its unsaved edits as one edit that can be undone."""
         present, path = self._worklist, recovery.annotation_path
@@ -262,18 +239,6 @@ class Session(SessionLocking):
             lambda: worklist_with(recovery.document, path, present),
             lambda place: self._open(*place, recovery=recovery),
         )
-
-    def recovery_names(self, recoveries: Iterable[Recovery]) -> Mapping[Path, str]:
-        """Return the neutral names of those recoveries that are of blind work, by their journals."""
-        names = {
-            recovery.journal_path: neutral_label(recovery.annotation_path, recovery.document.annotator)
-            for recovery in recoveries
-        }
-        return {path: name for path, name in names.items() if name}
-
-    def discard_recovery(self, recovery: Recovery) -> None:
-        """Delete what a dead program left behind."""
-        discard(recovery.journal_path)
 
     def reload(self) -> None:
         """Read the document from its file again, and give up the unsaved edits once that has succeeded."""
@@ -352,7 +317,7 @@ class Session(SessionLocking):
         if opened is None:
             self._unlock()
             self._document = None
-            self._view = replace(before_view, active_part=None, cropping_um=None, **_NOTHING_ON_ITS_WAY)
+            self._view = nothing_open(before_view)
         else:
             item, recovery = opened.found.item, opened.found.request.recovery
             self._lock(opened)
@@ -363,10 +328,10 @@ class Session(SessionLocking):
                 opened.found.identity,
                 self._options.recovery_folder,
                 self.seeing.carried_over(recovery.document if recovery else opened.document),
-                owes_stamps=recovery is not None and _tells_more(recovery.document, opened.document),
+                owes_stamps=recovery is not None and tells_more(recovery.document, opened.document),
                 is_read_only=bool(self._read_only_reason),
             )
-            self._view = self._first_view(opened)
+            self._view = first_view(before_view, opened)
         self._autosave.watch(self._file)
         self.undo_stack.clear()
         self.volume_changed.emit()
@@ -375,30 +340,6 @@ class Session(SessionLocking):
         self.view_changed.emit(before_view, self._view)
         self.save_state_changed.emit()
         self._bring_tool()
-
-    def _first_view(self, opened: Opened) -> View:
-        parts = opened.document.parts
-        unplaced = (part.name for part in parts if part.state == "unplaced")
-        shape = opened.found.volume.shape
-        middle_um = vector(
-            [(size - 1) // 2 * step for size, step in zip(shape, opened.spacing_um, strict=True)]
-        )
-        return replace(
-            self._view,
-            crosshair_um=middle_um,
-            active_part=next(unplaced, parts[0].name if parts else None),
-            # A tool that cannot be posed leaves pose mode, in which the last volume may have been.
-            mode=self._view.mode if opened.found.tool.links or self._view.mode != "pose" else "navigate",
-            window=opened.window,
-            opacity_threshold=opened.opacity_threshold,
-            cropping_um=None,
-            detail=False,
-            **_NOTHING_ON_ITS_WAY,
-        )
-
-    def _on_recoveries_found(self, recoveries: tuple[Recovery, ...]) -> None:
-        if recoveries:
-            self.recovery_requested.emit(recoveries)
 
     def _on_worklist_read(self, worklist: Worklist, looks_anyway: bool = False) -> None:
         if worklist.items:
@@ -479,18 +420,6 @@ class Session(SessionLocking):
         # The open document itself, and what was read of its file may be older than the edits since.
         return file_identity(item.annotation_path) == opened.found.identity
 
-    def _go_on_from(self, recovery: Recovery) -> None:
-        if not self._edit("Recover unsaved edits", lambda _document: recovery.document):
-            # It cannot be changed here now; the old journal is offered again.
-            return
-        try:
-            if self._file is not None:
-                self._file.record(recovery.document)
-            discard(recovery.journal_path)
-        except SaveError as error:
-            # The old journal stays where the new one could not take over.
-            self.report(error)
-
     def _on_opener_failed(self, request: OpeningRequest, error: Exception) -> None:
         self._derived_words = ""
         # What is open stays; but of a study whose first volume is bad, a person wants to see the others.
@@ -500,8 +429,3 @@ class Session(SessionLocking):
             # It is about the volume that was to be opened, not about the one that is open.
             error = NeutralWords(request.worklist, request.item).error(error)
         self._raise_error(error)
-
-
-def _tells_more(recovered: Annotation, saved: Annotation) -> bool:
-    """Whether a recovered document says more of what its annotator could see than its file does."""
-    return (recovered.viewings, recovered.reopened) != (saved.viewings, saved.reopened)
