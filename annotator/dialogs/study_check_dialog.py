@@ -83,6 +83,8 @@ class StudyCheckDialog(QDialog):
         self._list.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self._list.itemActivated.connect(self._on_list_item_activated)
         self._list.header().setSectionResizeMode(2, QHeaderView.ResizeMode.Stretch)
+        self._list.currentItemChanged.connect(self._on_list_current_item_changed)
+        self._whole = WrappedText(name="study_check_whole")
         self._notes = named(
             QCheckBox("Show &notes as well"),
             "study_check_notes",
@@ -105,6 +107,7 @@ class StudyCheckDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addWidget(self._heading)
         layout.addWidget(self._list, 1)
+        layout.addWidget(self._whole)
         layout.addLayout(below)
         layout.addWidget(buttons)
         unit = self.fontMetrics().height()
@@ -154,6 +157,12 @@ class StudyCheckDialog(QDialog):
         path = item.data(0, _PATH)
         if isinstance(path, Path) and annotation_name(path) is not None and path.is_file():
             self.open_requested.emit(path)
+
+    @Slot()
+    def _on_list_current_item_changed(self) -> None:
+        # In a row long sentences are cut off.
+        item = self._list.currentItem()
+        self._whole.setText(f"{item.toolTip(1)}\n{item.text(2)}" if item is not None else "")
 
     @Slot()
     def _on_notes_toggled(self) -> None:

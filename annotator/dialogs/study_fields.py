@@ -126,7 +126,7 @@ class StudyFields(QWidget):
             raise UserError("Choose what is placed: keypoints, boxes or both")
         for name, methods in self.annotators.assignments.items():
             if not methods:
-                raise UserError(f"{name} is to annotate by no method: check one, or remove the name")
+                raise UserError(f"No method is checked for {name}: check one, or remove the name")
         reviewers = tuple(name for part in self._reviewers.text().split(",") if (name := part.strip()))
         return {
             "methods": self._checked_methods(),
@@ -231,4 +231,7 @@ def roomy_size(dialog: QWidget) -> QSize:
 
 def problem_of(error: UserError) -> str:
     """Say what is wrong with the fields."""
-    return _FIELD.sub("", str(error), count=1) if error.where is None else str(error)
+    if error.where is not None:
+        return str(error)
+    problem = _FIELD.sub("", str(error), count=1)
+    return problem[:1].upper() + problem[1:]

@@ -55,6 +55,13 @@ def test_findings_come_before_notes(dialog: StudyCheckDialog) -> None:
     ]
 
 
+def test_the_chosen_finding_is_shown_in_full(dialog: StudyCheckDialog, annotation: Path) -> None:
+    tree = dialog.findChild(QTreeWidget, "study_check_list")
+    tree.setCurrentItem(tree.topLevelItem(1))
+    whole = dialog.findChild(QLabel, "study_check_whole").text()
+    assert whole == f"{annotation}\nit is marked as done, but tip are unplaced"
+
+
 def test_notes_can_be_left_out(qtbot: QtBot, dialog: StudyCheckDialog) -> None:
     qtbot.keyClick(dialog.findChild(QCheckBox, "study_check_notes"), Qt.Key.Key_Space)
     assert [row[0] for row in rows(dialog)] == ["Volume", "Keypoint"]

@@ -131,9 +131,9 @@ def test_annotators_are_renamed_and_removed(qtbot: QtBot, make: Make) -> None:
 @pytest.mark.parametrize(
     ("names", "said"),
     [
-        ("Anna", "annotator 'anna' stands more than once (capitals do not count)."),
-        ("a/b", "an annotator's name is also a folder's"),
-        ("consensus", "no annotator can be called 'consensus'"),
+        ("Anna", "Annotator 'anna' stands more than once (capitals do not count)."),
+        ("a/b", "An annotator's name is also a folder's"),
+        ("consensus", "No annotator can be called 'consensus'"),
     ],
 )
 def test_a_name_that_cannot_be_is_said_at_once(qtbot: QtBot, make: Make, names: str, said: str) -> None:
@@ -160,7 +160,7 @@ def test_whoever_is_to_annotate_by_nothing_is_said(qtbot: QtBot, make: Make) -> 
     table = dialog.findChild(QTableWidget, "study_annotators")
     for column in (1, 2):
         table.item(0, column).setCheckState(Qt.CheckState.Unchecked)
-    assert problem(dialog) == "anna is to annotate by no method: check one, or remove the name."
+    assert problem(dialog) == "No method is checked for anna: check one, or remove the name."
 
 
 def test_marks_per_method_are_there_only_where_there_are_two(qtbot: QtBot, make: Make) -> None:

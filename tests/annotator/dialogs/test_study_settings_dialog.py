@@ -139,7 +139,7 @@ def test_rules_are_changed_and_the_changes_told(qtbot: QtBot, dialog: StudySetti
 def test_what_cannot_be_is_said_and_cannot_be_written(qtbot: QtBot, dialog: StudySettingsDialog) -> None:
     dialog.findChild(QLineEdit, "study_reviewers").setText("a/b")
     assert dialog.study is None
-    assert dialog.findChild(QLabel, "study_problem").text().startswith("an annotator's name is also")
+    assert dialog.findChild(QLabel, "study_problem").text().startswith("An annotator's name is also")
     assert not ok(dialog).isEnabled()
 
 
