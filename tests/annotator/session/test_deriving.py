@@ -93,7 +93,7 @@ def test_a_file_that_is_there_is_neither_overwritten_nor_opened(qtbot: QtBot, se
     place(session, BENT)
     assert session.annotation_path is not None
     there = session.annotation_path.with_name("v001.npy.boxes.json")
-    there.parent.mkdir(parents=True)
+    there.parent.mkdir(parents=True, exist_ok=True)
     there.write_text("somebody's")
     with qtbot.waitSignal(session.error_raised) as raised:
         session.derive()
