@@ -86,7 +86,7 @@ class Consensus:
     opinions: tuple[Opinion, ...]
 
     def contributions(self, path: Path) -> tuple[Contribution, ...]:
-        """Return what a document that is kept at a path says it was made from."""
+        """Return what a document that is kept at a path says it was made from: who placed anything."""
         return tuple(
             Contribution(
                 path=relative_path(opinion.path, path),
@@ -95,6 +95,7 @@ class Consensus:
                 sha256=opinion.sha256,
             )
             for opinion in self.opinions
+            if any(standing(part) == "counted" for part in opinion.document.parts)
         )
 
 
@@ -119,7 +120,7 @@ def propose(opinions: Sequence[Opinion]) -> Consensus:
     }
     turned = {name: _turned(placed[name], name) for name in names}
     points_um = {
-        name: np.array([_points_um(opinion, name, turned[name]) for opinion in placed[name]])
+        name: np.array([_opinion_points_um(opinion, name, turned[name]) for opinion in placed[name]])
         for name in names
         if placed[name]
     }
@@ -135,11 +136,29 @@ def propose(opinions: Sequence[Opinion]) -> Consensus:
     )
 
 
-def _points_um(opinion: Opinion, name: str, turned: Sequence[str]) -> Array:
+def distance_um(first: Part, second: Part) -> float | None:
+    """Return how far one keypoint or box is from another, in µm, as in a spread; None where one is unplaced.
+
+    A box that is turned by 180° about its own x is turned back first.
+    """
+    if first.anchor_um is None or second.anchor_um is None:
+        return None
+    is_turned = (
+        isinstance(first, BoxAnnotation)
+        and isinstance(second, BoxAnnotation)
+        and bool(_box(first, False).axes[:, 1] @ _box(second, False).axes[:, 1] < 0)
+    )
+    return float(_distances_um(_points_um(first, is_turned)[None], _points_um(second, False))[0])
+
+
+def _opinion_points_um(opinion: Opinion, name: str, turned: Sequence[str]) -> Array:
+    return _points_um(opinion.document.part(name), opinion.document.annotator in turned)
+
+
+def _points_um(part: Part, is_turned: bool) -> Array:
     """Return the points, (m, 3) in µm, by whose distances two annotators' parts are compared."""
-    part = opinion.document.part(name)
     if isinstance(part, BoxAnnotation):
-        box = _box(part, opinion.document.annotator in turned)
+        box = _box(part, is_turned)
         return np.array([box.center_um, box.base_um, box.tip_um, box.position_um((0.0, 0.5, 0.0))])
     return np.array([part.position_um])
 

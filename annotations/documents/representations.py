@@ -33,6 +33,7 @@ def keypoints_of(document: Annotation, tool: ToolSpecification) -> tuple[Keypoin
             position_um=positions_um[name],
             certainty=owner[name].certainty,
             source=owner[name].source,
+            adopted_from=owner[name].adopted_from,
             locked=owner[name].locked,
         )
         if name in owner

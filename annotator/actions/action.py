@@ -23,6 +23,8 @@ When = Literal[
     "next",
     "todo",
     "study",
+    "reviewer",
+    "settling",
     "jobs",
 ]
 """What must be there for an action to make sense; `annotator.actions.state` finds it in the session."""

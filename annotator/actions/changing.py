@@ -13,6 +13,7 @@ _NAMES = frozenset(
         "mark_done",
         "place_mode",
         "pose_mode",
+        "propose_consensus",
         "refine",
         "save",
         "state_occluded",

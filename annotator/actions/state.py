@@ -72,6 +72,10 @@ def _met(session: Session) -> Iterator[When]:
             yield "todo"
     if session.studies.study is not None:
         yield "study"
+    if not session.settling.reason:
+        yield "reviewer"
+    if session.settling.is_settling:
+        yield "settling"
     if session.jobs.running:
         yield "jobs"
 

@@ -161,6 +161,7 @@ VIEW_ACTIONS: tuple[Action, ...] = (
                 ("pose", "Pose"),
                 ("display", "Display"),
                 ("agreement", "Agreement"),
+                ("consensus", "Consensus"),
             ),
             start=1,
         )

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.annotation import Annotation
 from annotations.documents.permission import permission
-from annotations.documents.study import Study, annotation_name, study_folder_of
+from annotations.documents.study import CONSENSUS, Study, annotation_name, study_folder_of
 from annotations.errors import Cancelled, UserError
 from annotator.session.calibrating import annotated_folder
 from annotator.session.jobs import Job
@@ -131,21 +131,27 @@ class Agreeing(QObject):
             is_of_study = study_folder_of(worklist.items[0].annotation_path) is not None
             # Its rules are known only where the study itself is open.
             return _OPEN_STUDY if is_of_study else ""
-        if worklist.annotator not in worklist.study.annotators:
-            return "" if worklist.study.is_reviewer(worklist.annotator) else _NEVER
+        if self._person not in worklist.study.annotators:
+            return "" if worklist.study.is_reviewer(self._person) else _NEVER
         to_do = sum(item.status != "done" for item in worklist.items)
-        if to_do:
+        if to_do and worklist.annotator == self._person:
             return _UNFINISHED.format(to_do, worklist.method)
-        may_see = worklist.study.viewing.others != "never" or worklist.study.is_reviewer(worklist.annotator)
+        may_see = worklist.study.viewing.others != "never" or worklist.study.is_reviewer(self._person)
         return "" if may_see else _NEVER
 
     @property
     def export_refusal(self) -> str:
         """Why the person may not export the report; empty where they may."""
         worklist = self._session.worklist
-        if self.refusal or worklist.study is None or worklist.study.is_reviewer(worklist.annotator):
+        if self.refusal or worklist.study is None or worklist.study.is_reviewer(self._person):
             return self.refusal
         return _REVIEWERS_EXPORT
+
+    @property
+    def _person(self) -> str:
+        # The consensus is nobody's own.
+        worklist = self._session.worklist
+        return self._session.person if worklist.annotator == CONSENSUS else worklist.annotator
 
     @property
     def is_blind(self) -> bool:
@@ -182,7 +188,7 @@ class Agreeing(QObject):
         if self._session.unsaved and not self._session.save():
             return
         worklist, folder = self._session.worklist, annotated_folder(self._session.worklist)
-        study, person, tools = worklist.study, worklist.annotator, self._user_tool_folder
+        study, person, tools = worklist.study, self._person, self._user_tool_folder
         self.cancel()
         self._is_stale = False
         self._computing = self._session.jobs.start(

@@ -14,8 +14,10 @@ from annotations.documents.files import (
     ships,
     tool_of,
 )
+from annotations.documents.permission import permission
 from annotations.documents.record import changed
 from annotations.documents.recovery import Recovery
+from annotations.documents.study import CONSENSUS
 from annotations.documents.volume_link import compare, reference_to
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
@@ -31,6 +33,7 @@ from annotations.volumes import (
     surface_threshold,
 )
 from annotator.session.spacing_answer import SpacingAnswer
+from annotator.session.study_paths import KeptFromView
 from annotator.session.worklist import WorkItem, Worklist
 
 
@@ -42,6 +45,8 @@ class OpeningRequest:
     ----------
     worklist, index
         The list that the item belongs to, and its place there.
+    person : str
+        Who opens it.
     dataset : str or None
         The chosen member of a file that holds several arrays.
     recovery : Recovery or None
@@ -56,6 +61,7 @@ class OpeningRequest:
     index: int
     tool_name: str
     tool_folders: tuple[Path, ...]
+    person: str
     dataset: str | None = None
     recovery: Recovery | None = None
     rereads: bool = False
@@ -125,16 +131,28 @@ def find(request: OpeningRequest) -> Found:
 
     Raises
     ------
+    KeptFromView
+        It is the consensus on a volume on which the person's own work is not done.
     UserError
         The volume or the annotation cannot be read, or do not belong together; both are untouched.
     """
     item = request.item
+    _check_permission(request)
     volume = open_volume(item.volume_path, dataset=request.dataset or item.dataset)
     try:
         return _with_document(request, volume, fingerprint(volume))
     except BaseException:
         volume.close()
         raise
+
+
+def _check_permission(request: OpeningRequest) -> None:
+    """Keep the consensus, which is everybody's work, from whoever annotates the volume still."""
+    worklist, volume_id = request.worklist, request.item.volume_id
+    if worklist.annotator == CONSENSUS and worklist.study is not None and volume_id is not None:
+        allowed = permission(worklist.study, worklist.folder, request.person, volume_id)
+        if not allowed.may_see:
+            raise KeptFromView(allowed.reason, remedy="Finish your own annotation of it first")
 
 
 def _with_document(request: OpeningRequest, volume: Volume, volume_fingerprint: str) -> Found:

@@ -10,12 +10,14 @@ from PySide6.QtCore import QObject
 from annotations.documents.files import file_identity
 from annotations.documents.record import Method
 from annotations.documents.recovery import Recovery
+from annotations.documents.study import CONSENSUS
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown
 from annotator.session.agreeing import Agreeing
 from annotator.session.deriving import write_derived
 from annotator.session.document_file import DocumentFile
+from annotator.session.exporting import Exporting
 from annotator.session.first_view import first_view, nothing_open
 from annotator.session.jobs import Job, Result
 from annotator.session.neutral_words import NeutralWords
@@ -26,7 +28,7 @@ from annotator.session.recovering import SessionRecovering, tells_more
 from annotator.session.settling import Settling
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.studies import Studies
-from annotator.session.study_paths import LookNeeded, read_path
+from annotator.session.study_paths import KeptFromView, LookNeeded, read_path
 from annotator.session.volume_opener import VolumeOpener
 from annotator.session.worklist import Worklist, read_worklist, worklist_with
 
@@ -60,7 +62,8 @@ class Session(SessionRecovering):
             self,
         )
         self.others = Others(self, self.seeing, self.agreeing, self)
-        self.settling = Settling(self, self._edit, self.open_list, self._raise_error, self)
+        self.settling = Settling(self, self.others, self._edit, self.open_list, self._raise_error, self)
+        self.exporting = Exporting(self, self.agreeing, self)
 
     # Opening and closing
 
@@ -283,6 +286,7 @@ class Session(SessionRecovering):
                 index,
                 tool_name,
                 folders,
+                self.person,
                 recovery=recovery,
                 rereads=rereads,
                 looks_anyway=looks_anyway,
@@ -402,7 +406,7 @@ class Session(SessionRecovering):
     def _tell_stranger(self) -> None:
         """Tell a person whom the study does not name, once, whose annotations these will be."""
         study, name, folder = self._worklist.study, self._worklist.annotator, self._worklist.folder
-        if study is None or not study.annotators or name in study.annotators:
+        if study is None or not study.annotators or name in (*study.annotators, CONSENSUS):
             return
         if self._told_stranger != (folder, name):
             self._told_stranger = (folder, name)
@@ -422,6 +426,9 @@ class Session(SessionRecovering):
 
     def _on_opener_failed(self, request: OpeningRequest, error: Exception) -> None:
         self._derived_words = ""
+        if isinstance(error, KeptFromView):
+            self.post_message(error.problem)
+            return
         # What is open stays; but of a study whose first volume is bad, a person wants to see the others.
         if request.worklist.is_folder and request.worklist is not self._worklist and self.close_volume():
             self._set_worklist(request.worklist, None)

@@ -1,6 +1,7 @@
 """The session's consensus: proposed from the annotators' documents, and settled by a reviewer."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,21 +13,25 @@ from annotations.documents.permission import permission
 from annotations.documents.record import Method
 from annotations.documents.study import CONSENSUS
 from annotator.session.jobs import Job
+from annotator.session.others import Others
 from annotator.session.state import SessionState
+from annotator.session.worklist import ItemStatus
 
 if TYPE_CHECKING:
     from annotations.agreement.consensus import Consensus, PartConsensus
-    from annotations.agreement.triage import TriageEntry
+    from annotations.agreement.triage import Settled, TriageEntry
 
 Edit = Callable[[str, Callable[[Annotation], Annotation]], bool]
 OpenList = Callable[[str, Method, str | None], None]
+
+_SETTLED: "Mapping[ItemStatus, Settled]" = {"new": "no", "in_progress": "in_progress", "done": "done"}
 
 
 class Settling(QObject):
     """Shows a reviewer what the annotators agree on, and takes down what the reviewer makes of it.
 
     The consensus is a document like any other, of the annotator `CONSENSUS`: it is edited, undone and saved
-    by the session. The annotators' own documents are only read.
+    by the session. The annotators' own documents are only read, and drawn over it once settling begins.
 
     Parameters
     ----------
@@ -40,9 +45,9 @@ class Settling(QObject):
     Signals
     -------
     changed
-        ``is_settling``, ``consensus`` or ``reason`` may have changed.
+        ``is_settling``, ``consensus``, ``is_reading`` or ``reason`` may have changed.
     triaged
-        ``entries`` has changed.
+        ``entries`` or ``is_triaging`` has changed.
     """
 
     changed = Signal()
@@ -51,6 +56,7 @@ class Settling(QObject):
     def __init__(
         self,
         session: SessionState,
+        others: Others,
         edit: Edit,
         open_list: OpenList,
         fail: Callable[[Exception], None],
@@ -58,6 +64,7 @@ class Settling(QObject):
     ) -> None:
         super().__init__(parent)
         self._session = session
+        self._others = others
         self._edit = edit
         self._open_list = open_list
         self._fail = fail
@@ -66,6 +73,8 @@ class Settling(QObject):
         self._triaging: Job | None = None
         self._entries: tuple[TriageEntry, ...] = ()
         self._triaged_folder: tuple[Path, Method] | None = None
+        self._shows_others = False
+        self._to_propose: str | None = None
         session.volume_changed.connect(self._on_session_volume_changed)
         session.worklist_changed.connect(self._on_session_worklist_changed)
 
@@ -74,7 +83,13 @@ class Settling(QObject):
     @property
     def is_settling(self) -> bool:
         """Whether the open list is that of the study's consensus."""
-        return self._session.worklist.annotator == CONSENSUS
+        worklist = self._session.worklist
+        return worklist.annotator == CONSENSUS and worklist.study is not None
+
+    @property
+    def is_reading(self) -> bool:
+        """Whether the annotators' documents are being read."""
+        return self._reading is not None
 
     @property
     def consensus(self) -> "Consensus | None":
@@ -89,15 +104,25 @@ class Settling(QObject):
             return "A consensus belongs to a study: open one"
         if not study.is_reviewer(person):
             return "The study's consensus is settled by its reviewers"
+        if study.blind and person in study.annotators and self._has_own_work_left():
+            # The list of the consensus, and what it is about, name the volumes.
+            return "You annotate this study blind: its consensus is for you once all your own work is done"
         return ""
 
     @property
     def is_stale(self) -> bool:
         """Whether an annotator has changed something since the open consensus was proposed."""
+        return bool(self.changed_since)
+
+    @property
+    def changed_since(self) -> tuple[str, ...]:
+        """Whose annotation is another than that from which the open consensus was proposed, as last read."""
         document, consensus, path = self._session.document, self._consensus, self._session.annotation_path
         if document is None or consensus is None or path is None or not document.consensus_of:
-            return False
-        return document.consensus_of != consensus.contributions(path)
+            return ()
+        before = {each.annotator: each for each in document.consensus_of}
+        now = {each.annotator: each for each in consensus.contributions(path)}
+        return tuple(name for name in sorted({*before, *now}) if before.get(name) != now.get(name))
 
     def part(self, name: str) -> "PartConsensus | None":
         """Return what the annotators agree on about a keypoint or a link's box."""
@@ -105,12 +130,14 @@ class Settling(QObject):
 
     def opinions_on(self, name: str) -> Mapping[str, Part]:
         """Return the keypoint or box of that name of everyone who placed it, by annotator."""
-        if self._consensus is None:
+        agreed = self.part(name)
+        if self._consensus is None or agreed is None:
             return {}
-        parts = {
-            opinion.document.annotator: opinion.document.part(name) for opinion in self._consensus.opinions
+        return {
+            opinion.document.annotator: opinion.document.part(name)
+            for opinion in self._consensus.opinions
+            if opinion.document.annotator in (*agreed.used, *agreed.set_aside)
         }
-        return {annotator: part for annotator, part in parts.items() if part.anchor_um is not None}
 
     @property
     def entries(self) -> "tuple[TriageEntry, ...]":
@@ -125,40 +152,49 @@ class Settling(QObject):
     # What a reviewer does
 
     def settle(self, volume_id: str | None = None) -> None:
-        """Open the study's consensus at a volume: the given one, else the open one."""
+        """Open the study's consensus at a volume, else at the open one; where nothing is yet, propose it."""
         if self.reason:
             self._session.post_message(self.reason)
             return
-        if volume_id is None and (index := self._session.current_index) is not None:
-            volume_id = self._session.items[index].volume_id
-        study, folder = self._session.worklist.study, self._session.worklist.folder
-        if study is not None and volume_id is not None and self._session.person in study.annotators:
-            allowed = permission(study, folder, self._session.person, volume_id)
-            if not allowed.may_see:
-                self._session.post_message(allowed.reason)
-                return
+        present = self._volume_id()
+        volume_id = volume_id or present
+        if self.is_settling and volume_id == present:
+            return
+        self._to_propose = volume_id
         self._open_list(CONSENSUS, self._session.method, volume_id)
+
+    def next_volume_id(self) -> str | None:
+        """Return what is to be settled after the open volume: by the triage, else by the list; or None."""
+        ids = [entry.volume for entry in self._entries if entry.settled != "done"]
+        order = [entry.volume for entry in self._entries]
+        if not order:
+            order = [item.volume_id for item in self._session.items if item.volume_id is not None]
+            ids = [item.volume_id for item in self._session.items if item.volume_id and item.status != "done"]
+        present = self._volume_id()
+        here = order.index(present) + 1 if present in order else 0
+        return next((each for each in order[here:] + order[:here] if each in ids and each != present), None)
+
+    def settle_next(self) -> None:
+        """Open the consensus on the volume that is to be settled next."""
+        following = self.next_volume_id()
+        if following is None:
+            self._session.post_message("Every volume is settled")
+        else:
+            self.settle(following)
 
     def leave(self) -> None:
         """Go back to the reviewer's own list, at the same volume."""
-        index = self._session.current_index
-        volume_id = self._session.items[index].volume_id if index is not None else None
-        self._open_list(self._session.person, self._session.method, volume_id)
+        if self.is_settling:
+            self._open_list(self._session.person, self._session.method, self._volume_id())
 
     def propose(self) -> None:
-        """Put the proposed consensus where the reviewer has not decided; one edit that can be undone."""
-        consensus, path = self._consensus, self._session.annotation_path
-        if not self.is_settling or consensus is None or path is None:
-            return
-        if not consensus.opinions:
-            self._session.post_message(f"Nobody has annotated this volume by {self._session.method} yet")
-            return
-        parts = {name: part.proposed for name, part in consensus.parts.items()}
-        contributions = consensus.contributions(path)
-        self._edit(
-            "Propose the consensus",
-            lambda document: edits.propose_consensus(document, parts, contributions),
-        )
+        """Read the annotators' documents anew, and put what they agree on where no reviewer has decided.
+
+        One edit that can be undone.
+        """
+        if self.is_settling and not self._session.read_only_reason:
+            self._to_propose = self._volume_id()
+            self._read()
 
     def adopt(self, name: str, annotator: str) -> None:
         """Take one annotator's keypoint or box as it is; one edit that can be undone."""
@@ -166,14 +202,19 @@ class Settling(QObject):
         if self.is_settling and part is not None:
             self._edit(f"Take {annotator}'s {name}", lambda document: edits.adopt(document, part, annotator))
 
+    def cancel_triage(self) -> None:
+        """Give up ranking the volumes."""
+        if self._triaging is not None:
+            self._session.jobs.cancel(self._triaging)
+
     def triage(self) -> None:
-        """Rank the volumes of the study in the background; ``triaged`` follows."""
+        """Rank the volumes of the study that the person may see in the background; ``triaged`` follows."""
         worklist = self._session.worklist
         if self.reason or self._triaging is not None:
             self._session.post_message(self.reason or "The volumes are being ranked already")
             return
-        folder, method = worklist.folder, self._session.method
-        tool_folders = self._session.tool_folders
+        study, folder, method = worklist.study, worklist.folder, self._session.method
+        person, tool_folders = self._session.person, self._session.tool_folders
 
         def work(
             progress: Callable[[float], None], cancelled: Callable[[], bool]
@@ -187,9 +228,9 @@ class Settling(QObject):
                 progress=lambda share: progress(share / 2),
                 cancelled=cancelled,
             )
-            if method not in agreement.methods:
+            if method not in agreement.methods or study is None:
                 return ()
-            return triage(
+            entries = triage(
                 agreement,
                 method,
                 folder,
@@ -197,6 +238,7 @@ class Settling(QObject):
                 progress=lambda share: progress((1 + share) / 2),
                 cancelled=cancelled,
             )
+            return tuple(each for each in entries if permission(study, folder, person, each.volume).may_see)
 
         self._triaging = self._session.jobs.start(
             "Ranking the volumes",
@@ -205,13 +247,27 @@ class Settling(QObject):
             failed=self._on_triaging_failed,
             cancelled=self._on_triaging_cancelled,
         )
+        self.triaged.emit()
+
+    def _has_own_work_left(self) -> bool:
+        """Say whether anything is to do for the person, as far as their own list, which is open, tells."""
+        worklist = self._session.worklist
+        if worklist.annotator != self._session.person:
+            return False
+        done = sum(item.status == "done" for item in worklist.items) + sum(worklist.done_elsewhere.values())
+        return done < len(worklist.items) * (1 + len(worklist.done_elsewhere))
+
+    def _volume_id(self) -> str | None:
+        index = self._session.current_index
+        return self._session.items[index].volume_id if index is not None else None
 
     def _read(self) -> None:
         session = self._session
-        index, tool = session.current_index, session.tool
-        volume_id = session.items[index].volume_id if index is not None else None
+        volume_id, tool = self._volume_id(), session.tool
         if not self.is_settling or volume_id is None or tool is None or session.document is None:
             return
+        if self._reading is not None:
+            session.jobs.cancel(self._reading)
         folder, method = session.worklist.folder, session.document.method
 
         def work(_progress: object, _cancelled: object) -> "Consensus":
@@ -228,6 +284,33 @@ class Settling(QObject):
             shown=False,
         )
 
+    def _put_proposal(self, consensus: "Consensus") -> None:
+        path = self._session.annotation_path
+        if path is None:
+            return
+        contributions = consensus.contributions(path)
+        if not contributions:
+            self._session.post_message(f"Nobody has annotated this volume by {self._session.method} yet")
+            return
+        parts = {name: part.proposed for name, part in consensus.parts.items()}
+        before = self._session.document
+        is_edited = self._edit(
+            "Propose the consensus",
+            lambda document: edits.propose_consensus(document, parts, contributions),
+        )
+        if is_edited and self._session.document is before:
+            self._session.post_message("The proposal is what is here already")
+
+    def _is_untouched(self) -> bool:
+        """Say whether nothing is in the open document yet, and something could be."""
+        document = self._session.document
+        return (
+            document is not None
+            and not self._session.read_only_reason
+            and not document.consensus_of
+            and all(part.anchor_um is None for part in document.parts)
+        )
+
     def _forget(self) -> None:
         if self._reading is not None:
             self._session.jobs.cancel(self._reading)
@@ -241,10 +324,17 @@ class Settling(QObject):
     def _on_reading_done(self, consensus: "Consensus") -> None:
         self._reading = None
         self._consensus = consensus
+        if self._to_propose == self._volume_id():
+            self._put_proposal(consensus)
+        self._to_propose = None
         self.changed.emit()
+        if not self._shows_others:
+            self._shows_others = True
+            self._others.want()
 
     def _on_reading_failed(self, error: Exception) -> None:
-        self._reading = None
+        self._reading = self._to_propose = None
+        self.changed.emit()
         self._fail(error)
 
     def _on_triaging_failed(self, error: Exception) -> None:
@@ -258,12 +348,27 @@ class Settling(QObject):
 
     def _on_session_volume_changed(self) -> None:
         self._forget()
+        if not self._is_untouched() or self._to_propose != self._volume_id():
+            self._to_propose = None
+        self._shows_others = self._shows_others and self.is_settling
         self._read()
         self.changed.emit()
 
     def _on_session_worklist_changed(self) -> None:
         present = (self._session.worklist.folder, self._session.method)
-        if self._triaged_folder is not None and self._triaged_folder != present:
-            # They are of another study, or by another method.
+        if self._triaged_folder is not None and (self._triaged_folder != present or self.reason):
+            # They are of another study, by another method, or not for this person.
             self._take_entries(None, ())
+        elif self.is_settling:
+            self._follow_items()
         self.changed.emit()
+
+    def _follow_items(self) -> None:
+        """Say in the triage how far the consensus is by now."""
+        settled = {item.volume_id: _SETTLED[item.status] for item in self._session.items}
+        entries = tuple(
+            replace(entry, settled=settled.get(entry.volume, entry.settled)) for entry in self._entries
+        )
+        if entries != self._entries:
+            self._entries = entries
+            self.triaged.emit()

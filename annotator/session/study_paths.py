@@ -7,6 +7,7 @@ from annotations.documents.permission import permission
 from annotations.documents.queue import queue
 from annotations.documents.record import Method
 from annotations.documents.study import (
+    CONSENSUS,
     STUDY_FILE,
     AnnotationName,
     Study,
@@ -30,7 +31,8 @@ def read_path(path: Path, annotator: str, method: Method, *, looks_anyway: bool 
     """Find out what a path offers to an annotator, as `read_worklist`; in a study by its rules.
 
     A volume of a study leads to its place in the queue. So does another person's annotation for one of the
-    study's annotators: it is shown over the own one. Whoever does not annotate in the study sees the file.
+    study's annotators: it is shown over the own one. Whoever does not annotate in the study sees the file,
+    or, of the consensus, its place in the list of the consensus.
 
     Parameters
     ----------
@@ -82,7 +84,8 @@ def _of_annotation(
     known = any(volume.id == name.volume_id for volume in study.volumes)
     if path.parent.name == annotator or not known or annotator not in study.annotators:
         _refuse_if_blind(study, annotator)
-        queued = read_worklist(folder, annotator, name.method)
+        owner = CONSENSUS if path.parent.name == CONSENSUS else annotator
+        queued = read_worklist(folder, owner, name.method)
         paths = [item.annotation_path for item in queued.items]
         return replace(queued, first=paths.index(path)) if path in paths else read_worklist(path, annotator)
     rules = permission(study, folder, annotator, name.volume_id)

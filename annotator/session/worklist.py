@@ -11,7 +11,7 @@ from annotations.documents.conversion import sibling_path
 from annotations.documents.files import load_annotation
 from annotations.documents.queue import QueuePlace, queue
 from annotations.documents.record import Method
-from annotations.documents.study import STUDY_FILE, Study, annotation_path, load_study
+from annotations.documents.study import CONSENSUS, STUDY_FILE, Study, annotation_path, load_study
 from annotations.documents.volume_link import referenced_path
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
@@ -234,8 +234,9 @@ def _of_study(folder: Path, annotator: str, wanted: Method) -> Worklist:
     study = load_study(folder)
     methods = study.methods_of(annotator)
     method = wanted if wanted in methods else methods[0]
+    title = f"{study.title}: consensus" if annotator == CONSENSUS else study.title
     worklist = Worklist(
-        folder, study.title, folder, (), annotator, tool_name=study.tool, methods=methods, study=study
+        folder, title, folder, (), annotator, tool_name=study.tool, methods=methods, study=study
     )
     queued = worklist.with_method(method, anew=True)
     left = (index for index, item in enumerate(queued.items) if item.status != "done")

@@ -16,6 +16,7 @@ from annotator.actions.state import state_of
 from annotator.looks.icons import application_icon
 from annotator.panels.agreement_panel import AgreementPanel
 from annotator.panels.annotation_panel import AnnotationPanel
+from annotator.panels.consensus_panel import ConsensusPanel
 from annotator.panels.display_panel import DisplayPanel
 from annotator.panels.jobs_panel import JobsPanel
 from annotator.panels.pose_panel import PosePanel
@@ -30,6 +31,7 @@ from annotator.slices.linked_zoom import link_zoom
 from annotator.slices.slice_view import SliceView
 from annotator.window.agreement_handlers import AgreementHandlers
 from annotator.window.annotate_handlers import AnnotateHandlers
+from annotator.window.consensus_handlers import ConsensusHandlers
 from annotator.window.display_memory import DisplayMemory
 from annotator.window.dock_columns import DockColumns
 from annotator.window.file_handlers import FileHandlers
@@ -134,6 +136,7 @@ class MainWindow(QMainWindow):
                 **annotating.by_name(),
                 **StudyHandlers(session, settings, self.questions, self, self.open_path).by_name(),
                 **agreement.by_name(),
+                **ConsensusHandlers(session, self.questions, self, self._docks["consensus"]).by_name(),
                 **ToolsHandlers(session).by_name(),
                 **self._looks.by_name(),
                 **self._parts.by_name(),
@@ -234,11 +237,14 @@ class MainWindow(QMainWindow):
             "pose": self._dock("pose", "Pose", self._pose, right),
             "display": self._dock("display", "Display", DisplayPanel(self.session), right),
             "agreement": self._dock("agreement", "Agreement", self._agreement, right),
+            "consensus": self._dock("consensus", "Consensus", ConsensusPanel(self.session), right),
         }
         self.tabifyDockWidget(docks["pose"], docks["display"])
         self.tabifyDockWidget(docks["display"], docks["agreement"])
-        # Most people annotate: those who compare ask for it.
+        self.tabifyDockWidget(docks["agreement"], docks["consensus"])
+        # Most people annotate: those who compare and settle ask for them.
         docks["agreement"].hide()
+        docks["consensus"].hide()
         docks["pose"].raise_()
         return docks
 

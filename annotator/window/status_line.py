@@ -169,7 +169,11 @@ class StatusLine(QStatusBar):
         name = self._session.annotator_name
         shown = self.fontMetrics().elidedText(name, Qt.TextElideMode.ElideRight, _LONGEST_NAME_PX)
         self._annotator.setText(shown)
-        self._annotator.setToolTip(f"{name} annotates; the settings in the menu Edit change who does")
+        self._annotator.setToolTip(
+            f"{self._session.person} settles the consensus; the annotators' own documents stay as they are"
+            if self._session.settling.is_settling
+            else f"{name} annotates; the settings in the menu Edit change who does"
+        )
         _paint(self._annotator, lambda colors: colors.muted)
 
     def _on_session_message_posted(self, message: str) -> None:
