@@ -16,7 +16,7 @@ from annotator.session import Session
 from annotator.session.jobs import Job
 
 if TYPE_CHECKING:
-    from annotations.agreement.report.contents import Plot
+    from annotations.agreement.report.contents import Photo, Plot
 
 PLOTS = {
     "annotators": "Per annotator: deviation",
@@ -129,7 +129,7 @@ _Drawn = tuple[QImage | None, str]
 
 def _plots(
     result: Agreement, method: Method, kind: str, folder: Path, cancelled: Callable[[], bool]
-) -> "Sequence[Plot]":
+) -> "Sequence[Plot | Photo]":
     # Late: half a second that only those wait for who look at plots.
     from annotations.agreement.report import plots
     from annotations.agreement.report.bland_altman_plot import bland_altman_plot
@@ -153,7 +153,7 @@ def _plots(
             return thumbnails(result, method, folder, lambda _share: None, cancelled)
 
 
-def _drawn(plots: "Sequence[Plot]", dpi: float) -> _Drawn:
+def _drawn(plots: "Sequence[Plot | Photo]", dpi: float) -> _Drawn:
     """Return plots as one picture, and what they say; several have their captions above them."""
     if not plots:
         return None, ""
@@ -177,13 +177,19 @@ def _drawn(plots: "Sequence[Plot]", dpi: float) -> _Drawn:
     return image, f"{len(plots)} volumes, the worst first."
 
 
-def _page(plot: "Plot", dpi: float) -> QImage:
+def _page(shown: "Plot | Photo", dpi: float) -> QImage:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=plot.size_in, dpi=dpi, layout="constrained", facecolor="white")
+    from annotations.agreement.report.contents import Photo
+
+    if isinstance(shown, Photo):
+        photo = QImage.fromData(shown.png)
+        width_px = round(shown.size_in[0] * dpi)
+        return photo.scaledToWidth(width_px, Qt.TransformationMode.SmoothTransformation)
+    figure = Figure(figsize=shown.size_in, dpi=dpi, layout="constrained", facecolor="white")
     canvas = FigureCanvasAgg(figure)
-    plot.draw(figure)
+    shown.draw(figure)
     canvas.draw()
     width, height = canvas.get_width_height()
     return QImage(bytes(canvas.buffer_rgba()), width, height, QImage.Format.Format_RGBA8888).copy()
