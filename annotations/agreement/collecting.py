@@ -1,6 +1,6 @@
 """A study, or any folder of annotation files → what is compared."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from annotations.agreement.compared import Compared, Material
@@ -84,17 +84,11 @@ def collect(
         raise _nothing_to_compare(folder, left_out)
     names = {each.id: each.id for each in study.volumes} if study else volume_names(documents)
     annotators = _in_order({document.annotator for document in documents}, study)
-    passes: dict[Method, tuple[Compared, ...]] = {}
-    for method in _METHODS:
-        of_method = [document for document in documents if document.method == method]
-        if of_method:
-            table = reader.tables[of_method[0].tool_key, method]
-            passes[method] = tuple(
-                compared(
-                    method, [each for each in of_method if each.repeat == repeat], table, annotators, names
-                )
-                for repeat in sorted({0, *(each.repeat for each in of_method)})
-            )
+    passes = {
+        method: _passes(method, of_method, reader, annotators, names)
+        for method in _METHODS
+        if (of_method := [document for document in documents if document.method == method])
+    }
     progress(1.0)
     return Material(
         title=study.title if study else folder.absolute().name,
@@ -104,6 +98,21 @@ def collect(
         inputs=inputs(documents, names),
         left_out=tuple(left_out),
     )
+
+
+def _passes(
+    method: Method,
+    documents: Sequence[DocumentRead],
+    reader: DocumentReader,
+    annotators: Sequence[str],
+    names: Mapping[str, str],
+) -> tuple[Compared, ...]:
+    """Return the first pass, even if it is empty, and then the repeats that there are."""
+    by_repeat: dict[int, list[DocumentRead]] = {0: []}
+    for document in documents:
+        by_repeat.setdefault(document.repeat, []).append(document)
+    table = reader.tables[documents[0].tool_key, method]
+    return tuple(compared(method, those, table, annotators, names) for _, those in sorted(by_repeat.items()))
 
 
 def _of_people_who_placed(

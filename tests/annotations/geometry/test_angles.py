@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from annotations.geometry.angles import angle_deg, signed_angle_deg
+from annotations.geometry.angles import angle_deg, angles_deg, lengths, signed_angle_deg, unit_vectors
 from annotations.geometry.frames import um_to_voxel
 from annotations.geometry.rotations import about_axis, matrix
 
@@ -118,3 +118,22 @@ def test_voxels_change_the_angle_between_two_directions_by_up_to_30_degrees() ->
     in_voxels = angle_deg(um_to_voxel(upwards_um, SPACING_UM), um_to_voxel(downwards_um, SPACING_UM))
     assert in_um == pytest.approx(math.degrees(2 * steepest))
     assert 29 < in_voxels - in_um < 30
+
+
+def test_many_pairs_broadcast_and_what_is_missing_stays_missing() -> None:
+    first = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 0.0), (np.nan, 0.0, 0.0), (-2.0, 0.0, 0.0)])
+
+    assert angles_deg(first, np.array((0.0, 3.0, 0.0))) == pytest.approx(
+        [90, np.nan, np.nan, 90], nan_ok=True
+    )
+    assert angles_deg(first[:, np.newaxis], first).shape == (4, 4)
+    assert lengths(first) == pytest.approx([1, 0, np.nan, 2], nan_ok=True)
+
+
+def test_unit_vectors_have_length_one_however_short_or_long_they_were() -> None:
+    vectors = np.array([(3e-300, 0.0, 4e-300), (0.0, 3e300, -4e300), (0.0, 0.0, 0.0)])
+
+    found = unit_vectors(vectors)
+
+    assert found[:2] == pytest.approx(np.array([(0.6, 0.0, 0.8), (0.0, 0.6, -0.8)]))
+    assert np.isnan(found[2]).all()

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from annotations.geometry.boxes import Box, box_between, box_keypoints_um, hinge_axes
+from annotations.geometry.boxes import Box, box_between, box_ends_um, box_keypoints_um, hinge_axes
 from annotations.geometry.frames import vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotations.geometry.rotations import from_matrix, matrix, product
@@ -167,3 +167,15 @@ def test_a_hinge_is_where_the_specification_has_it(forceps: ToolSpecification) -
     found = targets_of(link_boxes(pose, other), other)
     assert found.signed_angles_deg == pytest.approx({"theta1": 30.0, "theta2": 20.0})
     assert keypoints_um(pose, other)["k3"][1] < 0
+
+
+@given(st.lists(st.from_type(Box), min_size=1, max_size=4))
+def test_the_ends_of_many_boxes_are_those_of_each(boxes: list[Box]) -> None:
+    base_um, tip_um = box_ends_um(
+        np.array([box.center_um for box in boxes]),
+        np.array([box.size_um[0] for box in boxes]),
+        np.array([box.rotation_wxyz for box in boxes]),
+    )
+
+    assert base_um == pytest.approx(np.array([box.base_um for box in boxes]), abs=1e-9)
+    assert tip_um == pytest.approx(np.array([box.tip_um for box in boxes]), abs=1e-9)
