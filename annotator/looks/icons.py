@@ -8,6 +8,7 @@ from PySide6.QtSvg import QSvgRenderer
 _SHAPES = {
     "open_file": "<path d='M3 19V5.5h6l2 2.5h10v11z M3 11h18'/>",
     "open_folder": "<path d='M3 19V5.5h6l2 2.5h10v11z M7 12h10 M7 15.5h7'/>",
+    "new_study": "<path d='M3 19V5.5h6l2 2.5h10v11z M12 10.5v6 M9 13.5h6'/>",
     "open_demo": "<path d='M6 19l4-5 4-2 4-6'/><circle cx='6' cy='19' r='1.2'/>"
     "<circle cx='10' cy='14' r='1.2'/><circle cx='14' cy='12' r='1.2'/><circle cx='18' cy='6' r='1.2'/>",
     "recent": "<circle cx='12' cy='12' r='8.5'/><path d='M12 7v5l3.5 2'/>",
