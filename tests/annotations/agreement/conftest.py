@@ -1,6 +1,7 @@
 """What the tests of comparisons share."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from annotations.agreement.compared import Compared
 from annotations.agreement.standing import STANDINGS
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
+from tests.annotations.agreement.written import WrittenStudy
 
 
 @pytest.fixture(scope="session")
@@ -50,3 +52,10 @@ def compared_of() -> Callable[..., Compared]:
         )
 
     return made
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> WrittenStudy:
+    folder = tmp_path / "study"
+    folder.mkdir()
+    return WrittenStudy(folder)
