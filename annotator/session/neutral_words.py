@@ -9,9 +9,13 @@ from annotations.errors import UserError
 from annotator.session.worklist import WorkItem, Worklist
 
 _SHORTEST_TELLING_WORD = 3
+_BEGINNING = re.compile(r"(?<!\w)(?=\S)")
 # Backups, locks and sidecars lie beside a file and are called after it.
-_ENDINGS = r"(?:\.[A-Za-z0-9_]+)*"
-_QUOTES = "'\"“”‘’"
+_ENDINGS = re.compile(r"(?:\.[A-Za-z0-9_]+)*")
+# A folder whose name has a space in it is taken off only if it is known.
+_UNKNOWN_FOLDERS = re.compile(r"[^\s'\"“”‘’]*[/\\]\Z")
+_OUTSIDE_PATHS = re.compile(r"[\n'\"“”‘’]")
+_QUOTES = frozenset("'\"“”‘’")
 
 
 class NeutralWords:
@@ -30,7 +34,8 @@ class NeutralWords:
 
     def __init__(self, worklist: Worklist, item: WorkItem | None) -> None:
         self._labels: dict[str, str] = {}
-        self._pattern: re.Pattern[str] | None = None
+        self._lengths: list[int] = []
+        self._folders: list[str] = []
         if not worklist.is_blind:
             return
         # The item at hand last: its words win.
@@ -40,20 +45,26 @@ class NeutralWords:
             for name in _names_of_volume(worklist, each):
                 is_known = self._labels.get(name, each.label) == each.label
                 self._labels[name] = each.label if is_known or each == item else "A volume of this study"
-        longest_first = sorted(self._labels, key=len, reverse=True)
-        if longest_first:
-            folders = "|".join(re.escape(folder) for folder in _folders(worklist))
-            before = rf"(?:(?:{folders})[/\\](?:[^\n'\"“”:]*?[/\\])??|[^\s'\"“”]*[/\\])?"
-            names = "|".join(map(re.escape, longest_first))
-            self._pattern = re.compile(rf"(?<!\w)({before})({names})({_ENDINGS})(?!\w)")
+        # Not one pattern of all the names, which takes a second to compile for some hundred volumes.
+        self._lengths = sorted({len(name) for name in self._labels}, reverse=True)
+        self._folders = _folders(worklist)
 
     def text(self, text: str) -> str:
         """Return a text in neutral words."""
-        return self._pattern.sub(self._neutral, text) if self._pattern is not None else text
+        if not self._lengths:
+            return text
+        pieces, told = [], 0
+        for beginning in _BEGINNING.finditer(text):
+            found = self._named_at(text, beginning.start(), told) if beginning.start() >= told else None
+            if found is not None:
+                begin, end, label = found
+                pieces += [text[told:begin], label]
+                told = end
+        return "".join((*pieces, text[told:]))
 
     def error(self, error: UserError) -> UserError:
         """Return an error of the same kind in neutral words, without what caused it."""
-        if self._pattern is None:
+        if not self._lengths:
             return error
         neutral = type(error).__new__(type(error))
         neutral.__dict__.update(error.__dict__)
@@ -63,31 +74,52 @@ class NeutralWords:
         neutral.args = (neutral.problem,)
         return neutral
 
-    def _neutral(self, match: re.Match[str]) -> str:
-        folder, name, endings = match.groups()
-        around = match.string[max(match.start() - 1, 0) : match.start()] + match.string[match.end() :][:1]
-        if folder or endings or set(around) & set(_QUOTES) or _is_telling(name):
-            return self._labels[name]
-        return match[0]
+    def _named_at(self, text: str, start: int, told: int) -> tuple[int, int, str] | None:
+        """Return where the longest name at a place begins and ends with its folders, and its neutral one."""
+        for length in self._lengths:
+            name = text[start : start + length]
+            if name not in self._labels:
+                continue
+            ending = _ENDINGS.match(text, start + length)
+            end = ending.end() if ending is not None else start + length
+            if text[end : end + 1].isalnum() or text[end : end + 1] == "_":
+                continue
+            begin = self._beginning_of_path(text, start, told)
+            is_file = begin < start or end > start + length
+            is_quoted = bool(_QUOTES & {text[start - 1 : start], text[end : end + 1]})
+            if is_file or is_quoted or _is_telling(name):
+                return begin, end, self._labels[name]
+        return None
+
+    def _beginning_of_path(self, text: str, start: int, told: int) -> int:
+        if text[start - 1 : start] not in ("/", "\\"):
+            return start
+        before = text[told:start]
+        known = max(before.rfind(f"{folder}{separator}") for folder in self._folders for separator in "/\\")
+        if known >= 0 and not _OUTSIDE_PATHS.search(before, known):
+            return told + known
+        unknown = _UNKNOWN_FOLDERS.search(before)
+        return told + unknown.start() if unknown is not None else start
 
 
 def _names_of_annotation(item: WorkItem) -> Iterator[str]:
     yield item.annotation_path.name
     name = annotation_name(item.annotation_path)
     if name is not None:
-        # Not by the other method: there this pass may have another number, and is none of this list's.
         yield name.file_name.removesuffix(".json")
 
 
 def _names_of_volume(worklist: Worklist, item: WorkItem) -> Iterator[str]:
     path = item.volume_path
-    yield from {path.name, path.name.split(".")[0], str(path), os.path.relpath(path, worklist.folder)}
+    stem = path.name.split(".")[0] or path.name
+    yield from {path.name, stem, str(path), os.path.relpath(path, worklist.folder)}
     if item.dataset is not None:
         yield item.dataset
     if item.volume_id is not None:
         yield item.volume_id
         for method in ("keypoints", "boxes"):
             if method != worklist.method:
+                # As this list counts: there the same pass may have another number.
                 yield AnnotationName(item.volume_id, method, item.repeat).file_name
 
 
@@ -95,7 +127,7 @@ def _folders(worklist: Worklist) -> list[str]:
     folders = {worklist.folder, worklist.folder.resolve()}
     folders |= {item.volume_path.parent for item in worklist.items}
     folders |= {item.annotation_path.parent for item in worklist.items}
-    return sorted(map(str, folders), key=len, reverse=True)
+    return sorted(map(str, folders))
 
 
 def _is_telling(name: str) -> bool:

@@ -66,6 +66,8 @@ def test_a_number_of_another_pass_is_never_said(worklist: Worklist) -> None:
         text = NeutralWords(worklist, item).text(f"{item.volume_path} and {item.annotation_path}")
         assert text == f"{item.label} and {item.label}"
         assert other.label not in text.split()
+    kept = f"{worklist.folder / 'study.toml'}: see "
+    assert NeutralWords(worklist, first).text(f"{kept}{first.volume_path}") == f"{kept}{first.label}"
     # Of which pass the talk is, nobody can say here.
     text = NeutralWords(worklist, None).text(f"{first.volume_path} is not there")
     assert text == "A volume of this study is not there"
