@@ -16,7 +16,7 @@ from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotations.geometry.tool_library import find_tool
-from annotations.volumes import fingerprint, open_volume
+from annotations.volumes import fingerprint, open_volume, write_sidecar
 from tests.annotator.conftest import write_volume
 
 IDS = ("v001", "v002", "v003")
@@ -52,7 +52,7 @@ def write_compared(
     """Write a study in which every volume is done by all of its annotators."""
     (folder / "volumes").mkdir(parents=True)
     for number, volume_id in enumerate(IDS):
-        write_volume(folder / f"volumes/{volume_id}.npy", seed=number)
+        write_sidecar(write_volume(folder / f"volumes/{volume_id}.npy", seed=number), ROOMY_UM, 2)
     volumes = tuple(StudyVolume(id=each, path=f"volumes/{each}.npy", spacing_um=ROOMY_UM) for each in IDS)
     study = Study(
         title="Pilot",
