@@ -9,7 +9,7 @@ from annotations.documents.annotation import Annotation
 from annotations.documents.files import load_annotation
 from annotations.documents.permission import permission
 from annotations.documents.provenance import Viewing
-from annotations.documents.study import Study, annotation_files, annotation_name, annotation_path
+from annotations.documents.study import AnnotationName, Study, annotation_path
 from annotations.errors import UserError
 
 
@@ -40,20 +40,26 @@ def exposure(study: Study, folder: Path, person: str, volume_id: str) -> Exposur
     was_shown = any(viewing.shown == "annotations" for viewing in viewings)
     could_see = was_shown or any(document.reopened is not None for document in own)
     if not could_see and permission(study, folder, person, volume_id).may_see:
-        could_see = any(_others_files(folder, person, volume_id))
+        could_see = any(_others_files(study, folder, person, volume_id))
     return Exposure(could_see, tuple(viewings))
 
 
 def _own_documents(study: Study, folder: Path, person: str, volume_id: str) -> Iterator[Annotation]:
+    for name in _names(study, volume_id):
+        with contextlib.suppress(UserError):
+            yield load_annotation(annotation_path(folder, person, volume_id, name.method, name.repeat))[0]
+
+
+def _others_files(study: Study, folder: Path, person: str, volume_id: str) -> Iterator[Path]:
+    # Asked for by name: in a large study listing every file would take seconds.
+    names = [name.file_name for name in _names(study, volume_id)]
+    for theirs in folder.glob("annotations/*"):
+        if theirs.name != person:
+            yield from (theirs / name for name in names if (theirs / name).is_file())
+
+
+def _names(study: Study, volume_id: str) -> Iterator[AnnotationName]:
     # By any method: somebody may have worked by another one before the assignments were changed.
     for method in study.methods:
         for repeat in range(study.volume(volume_id).repeats + 1):
-            with contextlib.suppress(UserError):
-                yield load_annotation(annotation_path(folder, person, volume_id, method, repeat))[0]
-
-
-def _others_files(folder: Path, person: str, volume_id: str) -> Iterator[Path]:
-    for path in annotation_files(folder):
-        name = annotation_name(path)
-        if name is not None and name.volume_id == volume_id and path.parent.name != person:
-            yield path
+            yield AnnotationName(volume_id, method, repeat)
