@@ -36,6 +36,7 @@ def test_a_study_holds_volumes_and_the_truth_about_them(empty_folder: Path) -> N
     assert study.annotators == ("truth", "anna")
     assert files_in(folder) == {
         "study.toml",
+        "annotations/truth/.writing.lock",
         "volumes/v001.npy",
         "volumes/v001.npy.volume.toml",
         "volumes/v002.npy",
