@@ -184,7 +184,8 @@ def _turned(opinions: Sequence[Opinion], name: str) -> tuple[str, ...]:
 def _cutoff_um(points_um: Iterable[Array], opinions: Sequence[Opinion]) -> float:
     """Return the distance in µm from which an annotator counts for nothing, in every part of the volume."""
     distances = [_distances_um(points, np.median(points, axis=0)) for points in points_um if len(points) > 2]
-    voxel_um = max(float(np.linalg.norm(opinion.document.volume.spacing_um)) for opinion in opinions)
+    diagonals_um = [float(np.linalg.norm(opinion.document.volume.spacing_um)) for opinion in opinions]
+    voxel_um = max(diagonals_um, default=0.0)
     usual_um = float(np.median(np.concatenate(distances))) if distances else 0.0
     return max(_CUTOFF * usual_um, _LEAST_CUTOFF * voxel_um)
 

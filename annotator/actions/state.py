@@ -72,7 +72,7 @@ def _met(session: Session) -> Iterator[When]:
             yield "todo"
     if session.studies.study is not None:
         yield "study"
-    if not session.settling.reason:
+    if session.items and not session.settling.reason:
         yield "reviewer"
     if session.settling.is_settling:
         yield "settling"

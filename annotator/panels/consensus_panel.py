@@ -1,9 +1,8 @@
 """Settling the consensus: which volumes need it first, and the one that is open."""
 
 from PySide6.QtCore import Slot
-from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QTabWidget, QVBoxLayout, QWidget
 
-from annotator.looks.folding import Folding
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.panels.consensus_page import ConsensusPage
@@ -22,20 +21,22 @@ class ConsensusPanel(QWidget):
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._session = session
+        self._was_settling = False
         self.setObjectName("consensus_panel")
         self.setAccessibleName("Consensus")
         self._words = WrappedText(name="consensus_reason")
         self._settle = named(QPushButton("&Settle the consensus"), "consensus_settle")
+        self._settle.setToolTip("Open the consensus on the open volume; where there is none, propose it")
         self._settle.clicked.connect(self._on_settle_clicked)
-        self._page = ConsensusPage(session)
-        self._triage = TriagePage(session)
-        self._folding = Folding("Volumes by rank", self._triage, name="consensus_triage", unfolded=True)
+        self._tabs = named(QTabWidget(), "consensus_tabs", title="Consensus")
+        self._tabs.setDocumentMode(True)
+        self._parts_tab = self._tabs.addTab(ConsensusPage(session), "This volume")
+        self._triage_tab = self._tabs.addTab(TriagePage(session), "Volumes by rank")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(*[self.fontMetrics().height() // 3] * 4)
         layout.addWidget(self._words)
         layout.addWidget(self._settle)
-        layout.addWidget(self._page, 3)
-        layout.addWidget(self._folding, 2)
+        layout.addWidget(self._tabs, 1)
         layout.addStretch()
         session.settling.changed.connect(self._draw)
         session.volume_changed.connect(self._draw)
@@ -52,7 +53,9 @@ class ConsensusPanel(QWidget):
         self._words.setText(f"{reason}." if reason else _INVITATION)
         self._words.setVisible(bool(reason) or not is_settling)
         self._settle.setVisible(not reason and not is_settling)
-        self._settle.setToolTip("Open the consensus on the open volume; where there is none, propose it")
-        # Hidden first: with both in sight for a moment the window would have to grow.
-        self._page.setVisible(is_settling and not reason)
-        self._folding.setVisible(not reason)
+        self._settle.setEnabled(self._session.volume is not None)
+        self._tabs.setVisible(not reason)
+        self._tabs.setTabVisible(self._parts_tab, is_settling)
+        if is_settling and not self._was_settling:
+            self._tabs.setCurrentIndex(self._parts_tab)
+        self._was_settling = is_settling

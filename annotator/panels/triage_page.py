@@ -20,6 +20,7 @@ _INVITATION = "Ranks the volumes: what needs a reviewer first, by flags, disagre
 _RANKING = "Reading and fitting all annotations…"
 _NOTHING = "Nobody has annotated anything by {} yet."
 _LONGEST_LETTERS = 44
+_MARGIN = 4
 
 
 class TriagePage(QWidget):
@@ -59,7 +60,7 @@ class TriagePage(QWidget):
         row.addWidget(self._rank)
         row.addStretch(1)
         layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setContentsMargins(0, _MARGIN, 0, 0)
         layout.addLayout(row)
         layout.addWidget(self._words)
         layout.addWidget(self._list, 1)
