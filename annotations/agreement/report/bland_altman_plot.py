@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING
 
 from annotations.agreement.report.contents import Plot
 from annotations.agreement.report.labels import METHODS, drawable, label_of, unit_of
-from annotations.agreement.report.marks import COLUMNS, FONT, WIDTH_IN, dress, grid
+from annotations.agreement.report.marks import COLUMNS, FONT, WIDTH_IN, Room, dress, grid
 from annotations.agreement.report.palette import INK, method_look
 from annotations.agreement.results import Agreement, BlandAltman, MethodResult
 from annotations.documents.record import Method
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import FigureBase
+
+    from annotations.agreement.report.contents import Surface
 
 
 @dataclass(frozen=True)
@@ -58,8 +59,9 @@ def _plot(shown: Sequence[_Compared], method: Method) -> Plot | None:
     if not shown:
         return None
 
-    def draw(figure: "FigureBase") -> None:
-        for axes, each in zip(grid(figure, len(shown)), shown, strict=True):
+    def draw(figure: "Surface") -> None:
+        room = Room(gap_in=0.5, title_in=0.4)
+        for axes, each in zip(grid(figure, len(shown), room), shown, strict=True):
             _draw(axes, each, method)
 
     return Plot(

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     # Half a second that only those wait for who draw.
-    from matplotlib.figure import FigureBase
+    from matplotlib.figure import Figure, SubFigure
+
+    Surface = Figure | SubFigure
 
 
 @dataclass(frozen=True)
@@ -72,18 +74,25 @@ class Plot:
         Width and height in inches at which the text in it has the right size.
     draw : callable
         Draws it into an empty matplotlib figure or part of one.
-    is_photo : bool
-        Whether it is better kept as pixels than as lines.
     """
 
     caption: str
     alternative: str
     size_in: tuple[float, float]
-    draw: Callable[["FigureBase"], None]
-    is_photo: bool = False
+    draw: Callable[["Surface"], None]
 
 
-Item = Paragraph | Note | Formula | Table | Plot
+@dataclass(frozen=True)
+class Photo:
+    """A picture that is kept as pixels; ``png`` is a PNG file, the rest is as for a `Plot`."""
+
+    caption: str
+    alternative: str
+    size_in: tuple[float, float]
+    png: bytes
+
+
+Item = Paragraph | Note | Formula | Table | Plot | Photo
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,21 @@
 """An agreement as one self-contained HTML file, to be read without the program."""
 
 import base64
-import io
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 
-from annotations.agreement.report.contents import Contents, Formula, Item, Note, Paragraph, Plot, Table
+from annotations.agreement.report.contents import Contents, Formula, Item, Note, Paragraph, Photo, Plot, Table
+from annotations.agreement.report.pictures import picture_bytes
 from annotations.errors import Cancelled
 
 _TEMPLATE = "report.html.jinja"
-_PHOTO_DPI = 130
 _KINDS: dict[type[Item], str] = {
     Paragraph: "paragraph",
     Note: "note",
     Formula: "formula",
     Table: "table",
-    Plot: "plot",
+    Plot: "picture",
+    Photo: "picture",
 }
 
 
@@ -51,7 +50,7 @@ def html_bytes(
     environment.filters["kind"] = lambda item: _KINDS[type(item)]
     pictures = _pictures(contents, progress, cancelled)
     text = environment.get_template(_TEMPLATE).render(
-        contents=contents, picture=lambda plot: pictures[id(plot)]
+        contents=contents, picture=lambda item: pictures[id(item)]
     )
     return text.encode("utf-8", "backslashreplace")
 
@@ -59,31 +58,22 @@ def html_bytes(
 def _pictures(
     contents: Contents, progress: Callable[[float], None], cancelled: Callable[[], bool]
 ) -> dict[int, str]:
-    """Draw each plot and return it as a data URI, by the plot's identity."""
-    plots = [item for section in contents.sections for item in section.items if isinstance(item, Plot)]
+    """Return each picture as a data URI, by the identity of its item."""
+    items = [
+        item for section in contents.sections for item in section.items if isinstance(item, Plot | Photo)
+    ]
     drawn = {}
-    for number, plot in enumerate(plots):
+    for number, item in enumerate(items):
         if cancelled():
             raise Cancelled
-        progress(number / len(plots))
-        drawn[id(plot)] = _data_uri(plot)
+        progress(number / len(items))
+        if isinstance(item, Photo):
+            drawn[id(item)] = _data_uri("image/png", item.png)
+        else:
+            drawn[id(item)] = _data_uri("image/svg+xml", picture_bytes(item.size_in, item.draw, "svg"))
     progress(1.0)
     return drawn
 
 
-def _data_uri(plot: Plot) -> str:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=plot.size_in, layout="constrained")
-    plot.draw(figure)
-    stream = io.BytesIO()
-    with warnings.catch_warnings():
-        # A name may be of letters that the font lacks: the tables beside the plot have it whole.
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        if plot.is_photo:
-            figure.savefig(stream, format="png", dpi=_PHOTO_DPI)
-            kind = "image/png"
-        else:
-            figure.savefig(stream, format="svg", metadata={"Date": None})
-            kind = "image/svg+xml"
-    return f"data:{kind};base64,{base64.b64encode(stream.getvalue()).decode('ascii')}"
+def _data_uri(kind: str, content: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"

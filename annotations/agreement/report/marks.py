@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,28 +10,86 @@ from numpy.typing import NDArray
 
 from annotations.agreement.report.labels import Unit
 from annotations.agreement.report.palette import FAINT, GRID, INK, Look
+from annotations.agreement.report.typesetting import line_width_in
 from annotations.agreement.results import Estimate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import FigureBase
+
+    from annotations.agreement.report.contents import Surface
 
 WIDTH_IN = 7.2
 """As wide as a page's text."""
 COLUMNS = 4
 FONT = 8
 ROW_IN = 0.19
-HEAD_IN = 0.85
+HEAD_IN = 0.66
 """Height of a row of names, and of what stands above and below them."""
+LEGEND_IN = 0.28
+_RIGHT_IN = 0.14
+_LEAST_IN = 0.05
 
 
-def grid(figure: "FigureBase", count: int) -> list["Axes"]:
-    """Return axes side by side, `COLUMNS` in a row."""
-    columns = min(COLUMNS, max(1, count))
-    cells = figure.subplots(max(1, math.ceil(count / columns)), columns, squeeze=False).ravel().tolist()
-    for axes in cells[count:]:
+@dataclass(frozen=True)
+class Room:
+    """What axes side by side leave free around them, in inches.
+
+    Attributes
+    ----------
+    left_in : float
+        Left of the first ones, for names or numbers.
+    gap_in : float
+        Between two columns.
+    title_in, ticks_in : float
+        Above and below each of the axes.
+    legend_in : float
+        Below all of them.
+    """
+
+    left_in: float = 0.5
+    gap_in: float = 0.14
+    title_in: float = 0.26
+    ticks_in: float = 0.3
+    legend_in: float = 0.0
+
+
+def room_for(labels: Sequence[str], *, has_legend: bool = False) -> Room:
+    """Return the room for names left of the first axes."""
+    widest_in = max((line_width_in(label, FONT) for label in labels), default=0.0)
+    return Room(left_in=widest_in + 0.2, legend_in=LEGEND_IN if has_legend else 0.0)
+
+
+def grid(figure: "Surface", count: int, room: Room, columns: int = COLUMNS) -> list["Axes"]:
+    """Return axes side by side, at most a number of them in a row.
+
+    Their places follow from the room alone: asking each text for its size first, as matplotlib's layout
+    engines do, takes three times as long.
+    """
+    columns = min(columns, max(1, count))
+    rows = max(1, math.ceil(count / columns))
+    width_in, height_in = figure.bbox.width / figure.dpi, figure.bbox.height / figure.dpi
+    between_in = room.title_in + room.ticks_in
+    axes_in = (
+        max(_LEAST_IN, (width_in - room.left_in - _RIGHT_IN - room.gap_in * (columns - 1)) / columns),
+        max(_LEAST_IN, (height_in - room.legend_in - between_in * rows) / rows),
+    )
+    cells = figure.subplots(
+        rows,
+        columns,
+        squeeze=False,
+        gridspec_kw={
+            "left": room.left_in / width_in,
+            "right": 1 - _RIGHT_IN / width_in,
+            "bottom": (room.ticks_in + room.legend_in) / height_in,
+            "top": 1 - room.title_in / height_in,
+            "wspace": room.gap_in / axes_in[0],
+            "hspace": between_in / axes_in[1],
+        },
+    )
+    listed = cells.ravel().tolist()
+    for axes in listed[count:]:
         axes.set_visible(False)
-    return cells[:count]
+    return listed[:count]
 
 
 def offset(place: int, count: int) -> float:
@@ -67,7 +126,7 @@ def dress(axes: "Axes", title: str, unit: Unit) -> None:
         axes.spines[side].set_color(FAINT)
 
 
-def legend(figure: "FigureBase", looks: Sequence[Look], labels: Sequence[str]) -> None:
+def legend(figure: "Surface", looks: Sequence[Look], labels: Sequence[str], columns: int = 5) -> None:
     """Say below the axes what the marks and lines stand for, where there is more than one."""
     from matplotlib.lines import Line2D
 
@@ -78,5 +137,13 @@ def legend(figure: "FigureBase", looks: Sequence[Look], labels: Sequence[str]) -
         for look in looks
     ]
     figure.legend(
-        handles, list(labels), loc="outside lower center", ncols=len(looks), fontsize=FONT, frameon=False
+        handles,
+        # A label that begins with an underscore would not be shown.
+        [f"\u200a{label}" for label in labels],
+        loc="lower center",
+        bbox_to_anchor=(0.5, 0.0),
+        borderaxespad=0.2,
+        ncols=min(columns, len(looks)),
+        fontsize=FONT,
+        frameon=False,
     )

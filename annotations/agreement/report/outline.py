@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from annotations.agreement.report import tables
 from annotations.agreement.report.bland_altman_plot import bland_altman_plot
-from annotations.agreement.report.contents import Contents, Item, Note, Paragraph, Plot, Section
+from annotations.agreement.report.contents import Contents, Item, Note, Paragraph, Photo, Section
 from annotations.agreement.report.definitions import definitions
 from annotations.agreement.report.labels import METHODS, counted, listed, methods_of, moment
 from annotations.agreement.report.plots import (
@@ -19,13 +19,13 @@ from annotations.agreement.results import Agreement
 from annotations.documents.record import Method
 
 
-def outline(agreement: Agreement, thumbnails: Mapping[Method, Sequence[Plot]]) -> Contents:
+def outline(agreement: Agreement, thumbnails: Mapping[Method, Sequence[Photo]]) -> Contents:
     """Return everything that a report shows.
 
     Parameters
     ----------
     agreement : Agreement
-    thumbnails : mapping of str to sequence of Plot
+    thumbnails : mapping of str to sequence of Photo
         Pictures of the worst volumes by method.
     """
     sections = [
@@ -171,11 +171,9 @@ def _annotators(agreement: Agreement) -> Section | None:
             continue
         items.append(tables.annotators_table(agreement, method))
         if agreement.targets:
-            items += [
-                deviation_plot(agreement, method),
-                tables.bias_table(agreement, method),
-                bias_plot(agreement, method),
-            ]
+            items.append(deviation_plot(agreement, method))
+        if agreement.components:
+            items += [tables.bias_table(agreement, method), bias_plot(agreement, method)]
         items += _present(tables.outliers_table(agreement, method))
     return Section("annotators", "Annotators", tuple(items)) if items else None
 
@@ -208,7 +206,7 @@ def _methods(agreement: Agreement) -> Section:
     return Section("methods", "Keypoints against bounding boxes", (table or nothing,))
 
 
-def _volumes(agreement: Agreement, thumbnails: Mapping[Method, Sequence[Plot]]) -> Section | None:
+def _volumes(agreement: Agreement, thumbnails: Mapping[Method, Sequence[Photo]]) -> Section | None:
     items: list[Item] = []
     for method in methods_of(agreement):
         items += _present(tables.volumes_table(agreement, method))

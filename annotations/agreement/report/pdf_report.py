@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from annotations.agreement.report.contents import Contents, Formula, Item, Note, Paragraph, Plot, Table
+from annotations.agreement.report.contents import Contents, Formula, Item, Note, Paragraph, Photo, Plot, Table
 from annotations.agreement.report.marks import WIDTH_IN
 from annotations.agreement.report.palette import FAINT, INK
 from annotations.agreement.report.typesetting import broken, column_widths_in, line_height_in
@@ -21,6 +21,8 @@ _BOTTOM_IN = 0.7
 _GAP_IN = 0.12
 _CELL_GAP_IN = 0.1
 _RULE_IN = 0.03
+_HEADING_IN = 0.5
+_KEPT_WHOLE_IN = 4.5
 _HEAD_IN = 0.9
 """About what a table's caption and headings take."""
 
@@ -59,7 +61,7 @@ def pdf_bytes(
                 if cancelled():
                     raise Cancelled
                 progress(number / len(contents.sections))
-                pages.need(1.6)
+                pages.need(_HEADING_IN + _least_in(section.items[0]))
                 pages.space(2 * _GAP_IN)
                 pages.text(section.heading, _HEADING, weight="bold")
                 for item in section.items:
@@ -157,6 +159,19 @@ class _Pages:
         plot.draw(part)
         self._y_in += height_in
 
+    def photo(self, photo: Photo) -> None:
+        """Put a picture over the whole width."""
+        from matplotlib.image import imread
+
+        height_in = photo.size_in[1] * WIDTH_IN / photo.size_in[0]
+        self.need(height_in)
+        low = 1 - (self._y_in + height_in) / _PAGE_IN[1]
+        place = (_LEFT_IN / _PAGE_IN[0], low, WIDTH_IN / _PAGE_IN[0], height_in / _PAGE_IN[1])
+        axes = self._page.add_axes(place)
+        axes.imshow(imread(io.BytesIO(photo.png)), aspect="auto")
+        axes.set_axis_off()
+        self._y_in += height_in
+
     def finish(self) -> None:
         """Number the page, and hand it over."""
         self._y_in = _PAGE_IN[1] - _BOTTOM_IN / 2
@@ -168,7 +183,7 @@ class _Pages:
         from matplotlib.figure import Figure
 
         self._number += 1
-        self._page: Figure = Figure(figsize=_PAGE_IN, layout="constrained")
+        self._page: Figure = Figure(figsize=_PAGE_IN)
         self._y_in = _TOP_IN
 
 
@@ -179,6 +194,20 @@ def _write_title(pages: _Pages, contents: Contents) -> None:
     pages.space(_GAP_IN)
     for name, value in contents.facts:
         pages.text(f"{name}: {value}", _SMALL + 1, color=INK)
+
+
+def _least_in(item: Item) -> float:
+    """Return the room without which an item is better begun on a new page."""
+    match item:
+        case Table():
+            size = _size(item)
+            whole_in = _HEAD_IN + sum(_height_in(cells, size) + _RULE_IN for cells in _cells(item))
+            # Of a long table the head and some rows.
+            return whole_in if whole_in < _KEPT_WHOLE_IN else 2 * _HEAD_IN
+        case Plot() | Photo():
+            return item.size_in[1]
+        case _:
+            return 3 * line_height_in(_TEXT)
 
 
 def _write_item(pages: _Pages, item: Item) -> None:
@@ -195,26 +224,22 @@ def _write_item(pages: _Pages, item: Item) -> None:
         case Plot():
             pages.plot(item)
             pages.text(item.caption, _SMALL + 0.5, color=FAINT)
+        case Photo():
+            pages.photo(item)
+            pages.text(item.caption, _SMALL + 0.5, color=FAINT)
 
 
 def _write_table(pages: _Pages, table: Table) -> None:
-    size = _MAIN_CELL if table.is_main else _CELL
-    widths_in = column_widths_in((table.columns, *table.rows), size, WIDTH_IN, _CELL_GAP_IN)
-    length_in = _length_in(widths_in)
-    rows = [
-        [broken(cell, size, width) for cell, width in zip(row, widths_in, strict=True)] for row in table.rows
-    ]
-    whole_in = _HEAD_IN + sum(_height_in(cells, size) + _RULE_IN for cells in rows)
-    # A table that fits on a page stays on one; of a longer one at least the head and some rows.
-    pages.need(whole_in if whole_in < _PAGE_IN[1] - _TOP_IN - _BOTTOM_IN else 2 * _HEAD_IN)
+    size, widths_in = _size(table), _widths_in(table)
+    pages.need(_least_in(table))
     pages.text(table.caption, _SMALL + 0.5, color=FAINT)
     pages.space(_GAP_IN / 2)
     _write_head(pages, table, widths_in, size)
-    for cells in rows:
+    for cells in _cells(table):
         if pages.need(_height_in(cells, size)):
             _write_head(pages, table, widths_in, size)
         _write_row(pages, table, cells, widths_in, size, weight="normal")
-        pages.rule(length_in, width=0.3, color=FAINT)
+        pages.rule(_length_in(widths_in), width=0.3, color=FAINT)
         pages.advance(_RULE_IN)
 
 
@@ -262,6 +287,23 @@ def _write_row(
             )
         x_in += width_in + _CELL_GAP_IN
     pages.advance(_height_in(cells, size))
+
+
+def _size(table: Table) -> float:
+    return _MAIN_CELL if table.is_main else _CELL
+
+
+def _widths_in(table: Table) -> list[float]:
+    return column_widths_in((table.columns, *table.rows), _size(table), WIDTH_IN, _CELL_GAP_IN)
+
+
+def _cells(table: Table) -> list[list[list[str]]]:
+    """Return the lines of each cell of each row."""
+    widths_in = _widths_in(table)
+    return [
+        [broken(cell, _size(table), width) for cell, width in zip(row, widths_in, strict=True)]
+        for row in table.rows
+    ]
 
 
 def _length_in(widths_in: Sequence[float]) -> float:

@@ -15,14 +15,17 @@ from annotations.agreement.report.marks import (
     COLUMNS,
     FONT,
     HEAD_IN,
+    LEGEND_IN,
     ROW_IN,
     WIDTH_IN,
+    Room,
     dress,
     estimates,
     grid,
     legend,
     names,
     offset,
+    room_for,
 )
 from annotations.agreement.report.palette import INK, annotator_look, method_look
 from annotations.agreement.results import (
@@ -36,7 +39,8 @@ from annotations.documents.record import Method
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import FigureBase
+
+    from annotations.agreement.report.contents import Surface
 
 _PARTS = (("distance_um", "Distance"), ("along_um", "Along the link"), ("across_um", "Across the link"))
 
@@ -44,16 +48,18 @@ _PARTS = (("distance_um", "Distance"), ("along_um", "Along the link"), ("across_
 def statistics_plot(agreement: Agreement) -> Plot:
     """Return the three statistics of each target, with their intervals, by method."""
     methods = methods_of(agreement)
+    rows_named = ["of all", "leave-one-out", "pairwise"]
 
-    def draw(figure: "FigureBase") -> None:
-        for axes, target in zip(grid(figure, len(agreement.targets)), agreement.targets, strict=False):
+    def draw(figure: "Surface") -> None:
+        room = room_for(rows_named, has_legend=True)
+        for axes, target in zip(grid(figure, len(agreement.targets), room), agreement.targets, strict=True):
             for place, method in enumerate(methods):
                 statistics = agreement.methods[method].targets.get(target, Statistics())
                 values = [getattr(statistics, name) for name in STATISTICS]
                 rows = np.arange(len(values)) + offset(place, len(methods))
                 look = method_look(method)
                 estimates(axes, values, rows, look)
-            names(axes, ["of all", "leave-one-out", "pairwise"], is_first=target == agreement.targets[0])
+            names(axes, rows_named, is_first=target == agreement.targets[0])
             dress(axes, label_of(target), unit_of(target))
             axes.set_xlim(left=0)
         legend(figure, [method_look(method) for method in methods], [METHODS[method] for method in methods])
@@ -110,8 +116,10 @@ def keypoints_plot(agreement: Agreement, method: Method) -> Plot:
     """Return the published statistic at each keypoint, whole and along and across the link's axis."""
     keypoints = agreement.methods[method].keypoints
 
-    def draw(figure: "FigureBase") -> None:
-        for number, (axes, (part, label)) in enumerate(zip(grid(figure, len(_PARTS)), _PARTS, strict=True)):
+    def draw(figure: "Surface") -> None:
+        room = room_for(list(map(drawable, keypoints)))
+        cells = grid(figure, len(_PARTS), room)
+        for number, (axes, (part, label)) in enumerate(zip(cells, _PARTS, strict=True)):
             values = [_published(getattr(keypoint, part)) for keypoint in keypoints.values()]
             estimates(axes, values, np.arange(len(values)), method_look(method))
             names(axes, [drawable(name) for name in keypoints], is_first=number == 0)
@@ -132,8 +140,9 @@ def volumes_plot(agreement: Agreement) -> Plot:
     """Return how the deviation is spread over the volumes, by target and method."""
     methods = methods_of(agreement)
 
-    def draw(figure: "FigureBase") -> None:
-        for axes, target in zip(grid(figure, len(agreement.targets)), agreement.targets, strict=False):
+    def draw(figure: "Surface") -> None:
+        room = Room(left_in=0.55, gap_in=0.42, legend_in=LEGEND_IN)
+        for axes, target in zip(grid(figure, len(agreement.targets), room), agreement.targets, strict=True):
             for method in methods:
                 _cumulate(axes, agreement.methods[method], target, method)
             dress(axes, label_of(target), unit_of(target))
@@ -181,17 +190,16 @@ def _by_annotator(
     annotators = result.annotators
     height_in = math.ceil(len(quantities) / COLUMNS) * (HEAD_IN + ROW_IN * max(2, len(annotators)))
 
-    def draw(figure: "FigureBase") -> None:
-        for number, (axes, name) in enumerate(zip(grid(figure, len(quantities)), quantities, strict=False)):
+    labels = [drawable(annotator.annotator) for annotator in annotators]
+
+    def draw(figure: "Surface") -> None:
+        cells = grid(figure, len(quantities), room_for(labels))
+        for number, (axes, name) in enumerate(zip(cells, quantities, strict=True)):
             for row, annotator in enumerate(annotators):
                 look = annotator_look(everybody.index(annotator.annotator))
                 rows = np.array([float(row)])
                 estimates(axes, [value_of(annotator, name)], rows, look)
-            names(
-                axes,
-                [drawable(annotator.annotator) for annotator in annotators],
-                is_first=number % COLUMNS == 0,
-            )
+            names(axes, labels, is_first=number % COLUMNS == 0)
             dress(axes, label_of(name), unit_of(name))
             if is_signed:
                 axes.axvline(0, color=INK, linewidth=0.8)

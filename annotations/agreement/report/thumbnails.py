@@ -3,15 +3,17 @@
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from annotations.agreement.report.contents import Plot
+from annotations.agreement.report.contents import Photo
 from annotations.agreement.report.labels import METHODS, drawable, label_of, number, unit_of
-from annotations.agreement.report.marks import FONT, WIDTH_IN
+from annotations.agreement.report.marks import FONT, LEGEND_IN, WIDTH_IN, Room, grid, legend
 from annotations.agreement.report.palette import FAINT, GRID, Look, annotator_look
+from annotations.agreement.report.pictures import picture_bytes
 from annotations.agreement.report.scenes import Scene, read_scene
 from annotations.agreement.results import Agreement, VolumeResult
 from annotations.documents.record import Method
@@ -21,10 +23,11 @@ from annotations.volumes import Level, intensity_window
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import FigureBase
+
+    from annotations.agreement.report.contents import Surface
 
 MOST = 8
-"""How many of the worst volumes are drawn, of each method."""
+"""How many of the worst volumes are drawn, over all methods."""
 
 _AXES = "xyz"
 _SIDES = (2, 1, 0)
@@ -40,7 +43,7 @@ def thumbnails(
     folder: Path,
     progress: Callable[[float], None],
     cancelled: Callable[[], bool],
-) -> tuple[Plot, ...]:
+) -> tuple[Photo, ...]:
     """Return pictures of the worst volumes by one method, the worst first.
 
     The annotations are read again from their files. Where a volume's file is not at hand, its keypoints are
@@ -63,7 +66,7 @@ def thumbnails(
         `cancelled` returned true.
     """
     volumes = [volume for volume in agreement.methods[method].volumes if volume.targets]
-    worst = sorted(volumes, key=lambda volume: volume.rank, reverse=True)[:MOST]
+    worst = sorted(volumes, key=lambda volume: volume.rank, reverse=True)[: MOST // len(agreement.methods)]
     pictures = []
     for done, volume in enumerate(worst):
         if cancelled():
@@ -76,8 +79,9 @@ def thumbnails(
     return tuple(pictures)
 
 
-def _picture(agreement: Agreement, method: Method, volume: VolumeResult, scene: Scene) -> Plot:
+def _picture(agreement: Agreement, method: Method, volume: VolumeResult, scene: Scene) -> Photo:
     looks = {name: annotator_look(agreement.annotators.index(name)) for name in scene.placed}
+    legend_in = LEGEND_IN * math.ceil(len(looks) / _IN_LEGEND_ROW)
     targets = ", ".join(
         f"{label_of(target)} {number(volume.targets[target], unit_of(target))} {unit_of(target)}"
         for target in agreement.targets
@@ -90,21 +94,22 @@ def _picture(agreement: Agreement, method: Method, volume: VolumeResult, scene: 
         else "the volume's file is not at hand, so there is no image"
     )
 
-    def draw(figure: "FigureBase") -> None:
-        cells = figure.subplots(2, len(_SIDES))
-        for row, window in enumerate((_Window.whole(scene), _Window.around_worst(scene))):
-            for axes, axis in zip(cells[row], _SIDES, strict=True):
-                _draw_side(axes, axis, scene, window, looks)
-        _legend(figure, looks)
+    def draw(figure: "Surface") -> None:
+        room = Room(gap_in=0.5, ticks_in=0.42, legend_in=legend_in)
+        cells = grid(figure, 2 * len(_SIDES), room, columns=len(_SIDES))
+        sides = product((_Window.whole(scene), _Window.around_worst(scene)), _SIDES)
+        for axes, (window, axis) in zip(cells, sides, strict=True):
+            _draw_side(axes, axis, scene, window, looks)
+        legend(figure, list(looks.values()), list(map(drawable, looks)), _IN_LEGEND_ROW)
 
-    return Plot(
+    size_in = (WIDTH_IN, _HEIGHT_IN + legend_in)
+    return Photo(
         caption=f"{METHODS[method]}, volume {volume.volume}. Deviation from the mean of all: {targets}.{why} "
         f"Upper row: the keypoints of every annotator, seen along each axis ({ground}). Lower row: keypoint "
         f"{scene.worst}, at which the annotators are furthest apart, from near by.",
         alternative=f"Views of volume {volume.volume} along its three axes, with each annotator's keypoints.",
-        size_in=(WIDTH_IN, _HEIGHT_IN + 0.18 * math.ceil(len(looks) / _IN_LEGEND_ROW)),
-        draw=draw,
-        is_photo=True,
+        size_in=size_in,
+        png=picture_bytes(size_in, draw, "png"),
     )
 
 
@@ -199,21 +204,4 @@ def _draw_points(axes: "Axes", positions_um: Sequence[Vector], right: int, up: i
         markersize=8 if is_alone else 4.5,
         markeredgecolor="white",
         markeredgewidth=0.7,
-    )
-
-
-def _legend(figure: "FigureBase", looks: dict[str, Look]) -> None:
-    from matplotlib.lines import Line2D
-
-    figure.legend(
-        [
-            Line2D([], [], linestyle=look.line, marker=look.marker, color=look.color, markersize=6)
-            for look in looks.values()
-        ],
-        # A label that begins with an underscore would not be shown.
-        [f"\u200a{drawable(name)}" for name in looks],
-        loc="outside lower center",
-        ncols=min(_IN_LEGEND_ROW, len(looks)),
-        fontsize=FONT,
-        frameon=False,
     )

@@ -12,19 +12,28 @@ def line_height_in(size: float) -> float:
     return size * _LEADING / _POINTS_PER_INCH
 
 
+def line_width_in(text: str, size: float, *, is_bold: bool = False) -> float:
+    """Return the width of text in one line, in inches."""
+    words = text.split(" ")
+    # Word by word: the same words come again and again, the same lines do not.
+    return sum(_word_width_in(word, size, is_bold) for word in words) + (len(words) - 1) * _word_width_in(
+        " ", size, is_bold
+    )
+
+
 def broken(text: str, size: float, width_in: float, *, is_bold: bool = False) -> list[str]:
     """Return text as lines that fit a width; a word that is wider is broken too, so that nothing is lost."""
     lines: list[str] = []
     line = ""
     for word in printable(text).split(" "):
         longer = f"{line} {word}" if line else word
-        if _width_in(longer, size, is_bold) <= width_in:
+        if line_width_in(longer, size, is_bold=is_bold) <= width_in:
             line = longer
             continue
         if line:
             lines.append(line)
         line = word
-        while _width_in(line, size, is_bold) > width_in and len(line) > 1:
+        while line_width_in(line, size, is_bold=is_bold) > width_in and len(line) > 1:
             count = _fitting(line, size, width_in, is_bold)
             lines.append(line[:count])
             line = line[count:]
@@ -52,7 +61,7 @@ def column_widths_in(
     room_in = width_in - gap_in * (len(columns) - 1)
     least = [max(_widest_word_in(cell, size) for cell in column) for column in columns]
     most = [
-        max([low, *(_width_in(printable(cell), size, False) for cell in column[1:])])
+        max([low, *(line_width_in(printable(cell), size, is_bold=False) for cell in column[1:])])
         for low, column in zip(least, columns, strict=True)
     ]
     if sum(most) <= room_in:
@@ -81,7 +90,7 @@ def _leveled(widths_in: Sequence[float], room_in: float) -> list[float]:
 
 
 def _widest_word_in(cell: str, size: float) -> float:
-    return max(_width_in(word, size, True) for word in printable(cell).split(" "))
+    return max(line_width_in(word, size, is_bold=True) for word in printable(cell).split(" "))
 
 
 def _fitting(word: str, size: float, width_in: float, is_bold: bool) -> int:
@@ -89,21 +98,25 @@ def _fitting(word: str, size: float, width_in: float, is_bold: bool) -> int:
     low, high = 1, len(word)
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (middle, high) if _width_in(word[:middle], size, is_bold) <= width_in else (low, middle)
+        low, high = (
+            (middle, high)
+            if line_width_in(word[:middle], size, is_bold=is_bold) <= width_in
+            else (low, middle)
+        )
     return low
 
 
 @lru_cache(maxsize=20_000)
-def _width_in(text: str, size: float, is_bold: bool) -> float:
+def _word_width_in(word: str, size: float, is_bold: bool) -> float:
     import warnings
 
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    if not text:
+    if not word:
         return 0.0
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         properties = FontProperties(size=size, weight="bold" if is_bold else "normal")
-        width, _, _ = text_to_path.get_text_width_height_descent(text, properties, False)
+        width, _, _ = text_to_path.get_text_width_height_descent(word, properties, False)
     return float(width) / _POINTS_PER_INCH

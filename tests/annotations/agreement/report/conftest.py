@@ -58,9 +58,7 @@ class _Maker:
         )
 
     def statistics(self) -> Statistics:
-        return Statistics(
-            published=self.estimate(), leave_one_out=self.estimate(), pairwise=self.estimate()
-        )
+        return Statistics(published=self.estimate(), leave_one_out=self.estimate(), pairwise=self.estimate())
 
     def figures(self, targets: tuple[str, ...], keypoints: int) -> Figures:
         return Figures(
@@ -113,8 +111,7 @@ class _Maker:
                     deviation={target: self.estimate() for target in targets},
                     bias={component: self.estimate(signed=True) for component in components},
                     outliers=tuple(
-                        Outlier(volume="v1", target=target, value=99.5, limit=50.25)
-                        for target in targets[:1]
+                        Outlier(volume="v1", target=target, value=99.5, limit=50.25) for target in targets[:1]
                     ),
                     active_seconds=self.estimate(),
                 )
@@ -216,10 +213,10 @@ def empty() -> Agreement:
     return make_agreement(methods=()).model_copy(
         update={
             "annotators": ("anna",),
-            "methods": {"keypoints": MethodResult(targets=nothing, without_doubtful=Figures(targets=nothing))},
+            "methods": {
+                "keypoints": MethodResult(targets=nothing, without_doubtful=Figures(targets=nothing))
+            },
             "left_out": (),
             "inputs": (),
         }
     )
-
-

@@ -53,5 +53,5 @@ def test_other_files_are_refused_in_words(tmp_path: Path, content: bytes) -> Non
 
 
 def test_an_absent_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="absent.json"):
+    with pytest.raises(UserError, match=r"absent\.json"):
         read_json(tmp_path / "absent.json")

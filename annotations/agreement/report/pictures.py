@@ -1,0 +1,39 @@
+"""Drawings as the bytes of picture files."""
+
+import io
+import warnings
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from annotations.agreement.report.contents import Surface
+
+_DPI = 130
+
+
+def picture_bytes(
+    size_in: tuple[float, float], draw: Callable[["Surface"], None], kind: Literal["svg", "png"]
+) -> bytes:
+    """Return a drawing as SVG, or as PNG of 130 pixels an inch.
+
+    Parameters
+    ----------
+    size_in : (float, float)
+        Width and height in inches.
+    draw : callable
+        Draws it into an empty figure.
+    kind : str
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size_in)
+    draw(figure)
+    stream = io.BytesIO()
+    with warnings.catch_warnings():
+        # A name may be of letters that the font lacks: the tables beside the picture have it whole.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        if kind == "png":
+            figure.savefig(stream, format="png", dpi=_DPI)
+        else:
+            figure.savefig(stream, format="svg", metadata={"Date": None})
+    return stream.getvalue()
