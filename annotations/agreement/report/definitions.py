@@ -43,7 +43,10 @@ def definitions(agreement: Agreement) -> Section:
         Paragraph(
             "SD is the standard deviation over the volumes with n − 1 in the denominator. 95 % confidence "
             f"intervals of means are bootstrap intervals over volumes ({agreement.resamples:,} resamples, "
-            f"seed {agreement.seed}): volumes are drawn with replacement, never single annotations."
+            f"seed {agreement.seed}): volumes are drawn with replacement, never single annotations. They "
+            "are bias-corrected and accelerated (Efron, 1987), and widened for few volumes as Student's t "
+            "is (Hesterberg, 2015); beyond 200 volumes the limit of many resamples is computed instead of "
+            "drawn."
         ),
         Paragraph(
             "Along and across: the difference vector v between an annotator's keypoint and the mean is "
@@ -52,9 +55,17 @@ def definitions(agreement: Agreement) -> Section:
         Formula("along = |v · u|,   across = ‖v − (v · u) u‖"),
         Paragraph(
             "Bias, Bland–Altman limits and ICC are given per component, because they need signs: x, y and z "
-            "of the position in the volume's frame; for orientations two angles in the plane that touches "
-            "the unit sphere at the mean direction; and the joint angle itself. Bias is an annotator's "
-            "value minus the mean of the others', averaged over the volumes."
+            "of the position in the volume's frame; two angles of the orientation; and the joint angle "
+            "itself. The two angles lie in the plane that touches the unit sphere at a mean direction: the "
+            "first where the direction goes when it turns about the volume's +z, the second where it tilts "
+            "towards +z. For bias and limits it is the mean direction of each volume, for the ICC and for "
+            "what Bland–Altman plots show to the right that of all volumes. Bias is an annotator's value "
+            "minus the mean of the others', averaged over the volumes."
+        ),
+        Paragraph(
+            "An outlier is a volume that an annotator has further from the mean of the others than the "
+            "limit: the median of all these distances plus five robust standard deviations (1.4826 times "
+            "the median absolute deviation)."
         ),
         Paragraph(
             "Bland–Altman limits of agreement (Bland and Altman, 1986) of a pair of annotators, with the "

@@ -51,6 +51,11 @@ def number(value: float | None, unit: Unit) -> str:
     return NOTHING if value is None else f"{value:z,.{_DECIMALS[unit]}f}".replace("-", "−")
 
 
+def measure(value: float, unit: Unit) -> str:
+    """Return a number with its unit, as in a sentence."""
+    return number(value, unit) + (unit if unit == "°" else f"\u00a0{unit}")
+
+
 def signed_number(value: float | None, unit: Unit) -> str:
     """Return a number with its sign, also where it is positive."""
     return NOTHING if value is None else f"{value:+z,.{_DECIMALS[unit]}f}".replace("-", "−")

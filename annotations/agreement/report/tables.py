@@ -369,7 +369,7 @@ def turned_boxes_table(agreement: Agreement) -> Table | None:
     return Table(
         "Boxes that are the same body, one of them turned by 180° about its own x axis: the sense of the "
         f"hinge differs{_cut(len(found))}.",
-        ("Volume", "Link", "Turned by"),
+        ("Volume", "Link", "Turned\u00a0by"),
         tuple((box.volume, box.link, listed(list(box.annotators))) for box in found[:MOST_ROWS]),
         words=frozenset({1, 2}),
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from annotations.agreement.report.contents import Photo
-from annotations.agreement.report.labels import METHODS, drawable, label_of, number, unit_of
+from annotations.agreement.report.labels import METHODS, drawable, label_of, measure, unit_of
 from annotations.agreement.report.marks import FONT, LEGEND_IN, WIDTH_IN, Room, grid, legend
 from annotations.agreement.report.palette import FAINT, GRID, Look, annotator_look
 from annotations.agreement.report.pictures import picture_bytes
@@ -83,7 +83,7 @@ def _picture(agreement: Agreement, method: Method, volume: VolumeResult, scene: 
     looks = {name: annotator_look(agreement.annotators.index(name)) for name in scene.placed}
     legend_in = LEGEND_IN * math.ceil(len(looks) / _IN_LEGEND_ROW)
     targets = ", ".join(
-        f"{label_of(target)} {number(volume.targets[target], unit_of(target))} {unit_of(target)}"
+        f"{label_of(target)} {measure(volume.targets[target], unit_of(target))}"
         for target in agreement.targets
         if target in volume.targets
     )
