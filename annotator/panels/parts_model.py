@@ -295,6 +295,8 @@ class PartsModel(QAbstractTableModel, Generic[P]):
             return "Unlock it to change it" if part.locked else "Lock it against every change"
         if part.locked:
             return f"{part.name} is locked: unlock it to change it"
+        if kind == "source" and part.source in ("consensus", "adopted"):
+            return f"Taken from {part.adopted_from}" if part.adopted_from else "Proposed from all annotators"
         if kind == "number":
             return self._number_tooltip(part, column)
         if kind == "residual" and (residual_um := self._residual_um(part)) is not None:

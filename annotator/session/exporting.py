@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from annotations.interchange.training_file import Exported, ExportOptions
 
 _NO_STUDY = "Training files are made of a study: open one"
+_REVIEWERS = "Training files of this study are exported by its reviewers"
 _UNDER_WAY = "A training file is being written already"
 _UNFINISHED = "the file would show what the others found in volumes that are not done by you"
 
@@ -47,9 +48,10 @@ class Exporting(QObject):
     @property
     def refusal(self) -> str:
         """Why the person may not export, as a sentence without its full stop; empty where they may."""
-        if self._session.worklist.study is None:
+        study = self._session.worklist.study
+        if study is None:
             return _NO_STUDY
-        return self._agreeing.export_refusal
+        return self._agreeing.refusal if study.is_reviewer(self._session.person) else _REVIEWERS
 
     @property
     def is_exporting(self) -> bool:

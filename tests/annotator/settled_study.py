@@ -18,6 +18,9 @@ from tests.annotator.conftest import SPACING_UM, write_volume
 
 IDS = ("v001", "v002", "v003")
 PEOPLE = ("anna", "ben", "carl")
+LATE_IMPORTS_MS = 60_000
+"""How long the first ranking may take on a slow machine: it imports what only few sessions need."""
+
 METHODS: tuple[Method, ...] = ("keypoints", "boxes")
 TOOL = find_tool("magnetic-forceps")
 

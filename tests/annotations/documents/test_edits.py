@@ -8,19 +8,31 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from annotations.documents.annotation import Annotation, Certainty, KeypointAnnotation, Source, State
+from annotations.documents.annotation import (
+    Annotation,
+    Certainty,
+    KeypointAnnotation,
+    Part,
+    Source,
+    State,
+)
 from annotations.documents.edits import (
     EditRefused,
+    adopt,
     clear,
+    fill_in,
     lock,
     place_box,
     place_keypoint,
+    propose_consensus,
     relabel,
     set_certainty,
+    set_flag,
     set_state,
     set_status,
 )
 from annotations.documents.files import annotation_bytes
+from annotations.documents.provenance import Contribution
 from annotations.documents.record import Status, changed
 from annotations.geometry.boxes import Box
 from annotations.geometry.rotations import quaternion
@@ -29,6 +41,7 @@ Edit = Callable[[Annotation], Annotation]
 
 HERE_UM = (100.0, 200.0, 300.0)
 THERE_UM = (-5.0, 0.0, 1e7)
+SOURCE = Contribution(path="../ben/v001.keypoints.json", annotator="ben", sha256="0" * 64)
 
 positions = st.tuples(*[st.floats(-1e6, 1e6)] * 3)
 
@@ -64,6 +77,7 @@ def edits_of(kind: str, name: str) -> st.SearchStrategy[Edit]:
             st.sampled_from(get_args(Certainty)),
         ),
         "clear": st.just(partial(clear, name=name)),
+        "flag": st.builds(lambda flag: partial(set_flag, flag=flag), st.none() | st.text(max_size=20)),
         "lock": st.builds(lambda locked: partial(lock, name=name, locked=locked), st.booleans()),
         "status": st.builds(
             lambda status: partial(set_status, status=status), st.sampled_from(get_args(Status))
@@ -71,7 +85,7 @@ def edits_of(kind: str, name: str) -> st.SearchStrategy[Edit]:
     }[kind]
 
 
-KINDS = ["place", "box", "state", "certainty", "clear", "lock", "status"]
+KINDS = ["place", "box", "state", "certainty", "clear", "lock", "status", "flag"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -90,11 +104,11 @@ def test_undo_restores_the_document_exactly(kind: str, document: Annotation, dat
     assert annotation_bytes(before) == content
     assert edit(before) == after
     assert (after is before) == (annotation_bytes(after) == content)
-    # Nothing else has changed: an edit of a part is about that part, one of the status about none.
+    # Nothing else has changed: an edit of a part is about that part, one of the whole about none.
     assert [part.name for part in after.parts] == [part.name for part in before.parts]
     different = [one.name for one, other in zip(before.parts, after.parts, strict=True) if one != other]
-    assert len(different) <= (0 if kind == "status" else 1)
-    restored = changed(after, **{before.method: before.parts, "status": before.status})
+    assert len(different) <= (0 if kind in ("status", "flag") else 1)
+    restored = changed(after, **{before.method: before.parts, "status": before.status, "flag": before.flag})
     assert annotation_bytes(restored) == content
 
 
@@ -249,3 +263,78 @@ def test_editing_is_no_stamp(document: Annotation) -> None:
     placed = place_keypoint(document, "k2", HERE_UM, "clicked")
     assert placed.modified == document.modified
     assert placed.active_seconds == document.active_seconds
+
+
+def proposed(document: Annotation, position_um: tuple[float, float, float]) -> dict[str, Part]:
+    """Return a proposal for every keypoint of a document, at one place."""
+    return {
+        part.name: KeypointAnnotation(
+            name=part.name, state="placed", position_um=position_um, source="consensus"
+        )
+        for part in document.parts
+    }
+
+
+def test_a_proposal_goes_where_nobody_has_decided_alone(document: Annotation) -> None:
+    decided = place_keypoint(document, "k2", HERE_UM, "clicked")
+    locked = lock(decided, "k3", locked=True)
+    after = propose_consensus(locked, proposed(locked, (1.0, 2.0, 3.0)), (SOURCE,))
+    assert after.consensus_of == (SOURCE,)
+    assert after.part("k2") == locked.part("k2")
+    assert after.part("k3") == locked.part("k3")
+    assert after.positions_um["k4"] == (1.0, 2.0, 3.0)
+    again = propose_consensus(after, proposed(after, (4.0, 5.0, 6.0)), (SOURCE,))
+    assert again.positions_um["k4"] == (4.0, 5.0, 6.0)
+    assert again.part("k2") == locked.part("k2")
+    assert propose_consensus(again, proposed(again, (4.0, 5.0, 6.0)), (SOURCE,)) is again
+
+
+def test_what_a_reviewer_places_by_hand_is_no_proposal_any_more(document: Annotation) -> None:
+    after = propose_consensus(document, proposed(document, (1.0, 2.0, 3.0)), (SOURCE,))
+    moved = place_keypoint(after, "k1", HERE_UM, "dragged")
+    assert moved.part("k1").source == "dragged"
+    again = propose_consensus(moved, proposed(moved, (4.0, 5.0, 6.0)), (SOURCE,))
+    assert again.positions_um["k1"] == HERE_UM
+
+
+def test_a_fit_fills_in_neither_what_was_proposed_nor_what_was_taken(document: Annotation) -> None:
+    after = propose_consensus(document, proposed(document, (1.0, 2.0, 3.0)), (SOURCE,))
+    theirs = place_keypoint(document, "k1", THERE_UM, "clicked").part("k1")
+    taken = adopt(after, theirs, "ben")
+    assert fill_in(taken, dict.fromkeys(taken.positions_um, (7.0, 8.0, 9.0))) is taken
+
+
+def test_what_is_taken_is_all_that_its_annotator_said(document: Annotation) -> None:
+    theirs = place_keypoint(document, "k1", HERE_UM, "snapped")
+    theirs = set_certainty(set_state(theirs, "k1", "occluded"), "k1", "unsure")
+    taken = adopt(document, theirs.part("k1"), "ben").keypoint("k1")
+    assert (taken.position_um, taken.state, taken.certainty) == (HERE_UM, "occluded", "unsure")
+    assert (taken.source, taken.adopted_from) == ("adopted", "ben")
+    assert adopt(adopt(document, theirs.part("k1"), "ben"), theirs.part("k1"), "ben").keypoint("k1") == taken
+
+
+def test_nothing_is_taken_for_a_locked_keypoint_or_from_who_has_not_placed_it(document: Annotation) -> None:
+    theirs = place_keypoint(document, "k1", HERE_UM, "clicked")
+    with pytest.raises(EditRefused, match="is locked"):
+        adopt(lock(document, "k1", locked=True), theirs.part("k1"), "ben")
+    with pytest.raises(EditRefused, match="ben has not placed k4"):
+        adopt(document, clear(theirs, "k4").part("k4"), "ben")
+
+
+def test_what_was_taken_keeps_its_origin_through_new_names_and_loses_it_when_cleared(
+    document: Annotation,
+) -> None:
+    theirs = place_keypoint(document, "k1", HERE_UM, "clicked")
+    taken = adopt(place_keypoint(document, "k2", THERE_UM, "clicked"), theirs.part("k1"), "ben")
+    renamed = relabel(taken, {"k1": "k2", "k2": "k1"})
+    assert (renamed.part("k2").adopted_from, renamed.part("k1").adopted_from) == ("ben", None)
+    assert clear(renamed, "k2").part("k2").adopted_from is None
+
+
+def test_a_flag_is_said_in_words_and_taken_back_by_none(document: Annotation) -> None:
+    flagged = set_flag(document, "  Is that the tip?  ")
+    assert flagged.flag == "Is that the tip?"
+    assert set_flag(flagged, "Is that the tip?") is flagged
+    assert set_flag(flagged, "   ").flag is None
+    with pytest.raises(EditRefused, match="fewer words"):
+        set_flag(document, "x" * 501)

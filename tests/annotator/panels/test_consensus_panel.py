@@ -18,7 +18,7 @@ from annotator.panels.triage_model import APART, FLAGS, SETTLED, VOLUME
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from tests.annotator.conftest import open_and_wait
-from tests.annotator.settled_study import PEOPLE, move, position_um, write_settled_study
+from tests.annotator.settled_study import LATE_IMPORTS_MS, PEOPLE, move, position_um, write_settled_study
 
 LEFT = Qt.MouseButton.LeftButton
 Shown = Callable[..., tuple[Session, ConsensusPanel]]
@@ -193,8 +193,8 @@ def test_what_somebody_changed_since_is_said(qtbot: QtBot, shown: Shown, folder:
 
 def test_the_ranked_volumes_lead_to_their_consensus(qtbot: QtBot, shown: Shown) -> None:
     session, panel = shown()
-    with qtbot.waitSignal(session.settling.triaged, check_params_cb=lambda: bool(session.settling.entries)):
-        qtbot.mouseClick(button(panel, "triage_rank"), LEFT)
+    qtbot.mouseClick(button(panel, "triage_rank"), LEFT)
+    qtbot.waitUntil(lambda: bool(session.settling.entries), timeout=LATE_IMPORTS_MS)
     view = ranks(panel)
     assert column_of(view, VOLUME) == ["v003 ⚑", "v001", "v002"]
     assert column_of(view, FLAGS)[0] == "ben: Is the tip in the shadow?"
@@ -215,7 +215,7 @@ def test_the_ranked_volumes_lead_to_their_consensus(qtbot: QtBot, shown: Shown) 
 def test_to_accept_marks_it_as_done_and_goes_on(qtbot: QtBot, shown: Shown) -> None:
     session, panel = shown()
     session.settling.triage()
-    qtbot.waitUntil(lambda: bool(session.settling.entries))
+    qtbot.waitUntil(lambda: bool(session.settling.entries), timeout=LATE_IMPORTS_MS)
     settle(qtbot, session, panel)
     first = session.annotation_path
     assert first is not None

@@ -16,6 +16,7 @@ from annotator.session.options import SessionOptions
 from tests.annotator.conftest import open_and_wait
 from tests.annotator.settled_study import (
     IDS,
+    LATE_IMPORTS_MS,
     PEOPLE,
     contents,
     move,
@@ -65,8 +66,8 @@ def volume_of(session: Session) -> str | None:
 
 
 def triage(qtbot: QtBot, session: Session) -> list[str]:
-    with qtbot.waitSignal(session.settling.triaged, check_params_cb=lambda: not session.settling.is_triaging):
-        session.settling.triage()
+    session.settling.triage()
+    qtbot.waitUntil(lambda: not session.settling.is_triaging, timeout=LATE_IMPORTS_MS)
     return [entry.volume for entry in session.settling.entries]
 
 
@@ -323,7 +324,7 @@ def test_a_triage_can_be_given_up(qtbot: QtBot, opened: Open, folder: Path) -> N
     session.settling.triage()
     assert session.settling.is_triaging
     session.settling.cancel_triage()
-    qtbot.waitUntil(lambda: not session.settling.is_triaging)
+    qtbot.waitUntil(lambda: not session.settling.is_triaging, timeout=LATE_IMPORTS_MS)
     assert session.settling.entries == ()
 
 
