@@ -178,18 +178,9 @@ def _drawn(plots: "Sequence[Plot | Photo]", dpi: float) -> _Drawn:
 
 
 def _page(shown: "Plot | Photo", dpi: float) -> QImage:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     from annotations.agreement.report.contents import Photo
+    from annotations.agreement.report.pictures import picture_bytes
 
-    if isinstance(shown, Photo):
-        photo = QImage.fromData(shown.png)
-        width_px = round(shown.size_in[0] * dpi)
-        return photo.scaledToWidth(width_px, Qt.TransformationMode.SmoothTransformation)
-    figure = Figure(figsize=shown.size_in, dpi=dpi, layout="constrained", facecolor="white")
-    canvas = FigureCanvasAgg(figure)
-    shown.draw(figure)
-    canvas.draw()
-    width, height = canvas.get_width_height()
-    return QImage(bytes(canvas.buffer_rgba()), width, height, QImage.Format.Format_RGBA8888).copy()
+    png = shown.png if isinstance(shown, Photo) else picture_bytes(shown.size_in, shown.draw, "png")
+    width_px = round(shown.size_in[0] * dpi)
+    return QImage.fromData(png).scaledToWidth(width_px, Qt.TransformationMode.SmoothTransformation)

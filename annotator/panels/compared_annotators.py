@@ -1,6 +1,6 @@
 """The annotators of the open volume and of the comparison: who is drawn, in which colour, and their bias."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from PySide6.QtCore import Qt, Slot
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
@@ -23,7 +23,8 @@ class ComparedAnnotators(QTreeWidget):
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._session = session
-        self._shown: object = None
+        self._rows: list[QTreeWidgetItem] = []
+        self._rows_for: object = None
         self.setObjectName("compared_annotators")
         self.setAccessibleName("Annotators")
         self.setRootIsDecorated(False)
@@ -36,35 +37,47 @@ class ComparedAnnotators(QTreeWidget):
     def show_annotators(self, result: Agreement | None, method: Method) -> None:
         """List the annotators of a result, and those whose annotations are drawn."""
         others = self._session.others.shown
-        if (result, method, others) == self._shown:
-            return
-        self._shown = (result, method, others)
         figures = result.methods.get(method) if result is not None else None
         compared = {each.annotator: each for each in figures.annotators} if figures is not None else {}
         numbers = {other.annotator: other.number for other in others}
         if result is not None:
             numbers |= {name: number for number, name in enumerate(result.annotators) if name in compared}
-        target = result.targets[0] if result is not None and result.targets else None
         self.blockSignals(True)
+        # A tick comes from a row that must not be taken away on the way: rows are made for other people only.
+        if (result, method, numbers) != self._rows_for:
+            self._rows_for = (result, method, numbers)
+            self._make_rows(compared, numbers, result.targets[0] if result and result.targets else None)
+        self._draw_ticks({other.annotator: other.visible for other in others})
+        self.blockSignals(False)
+
+    def _make_rows(
+        self, compared: Mapping[str, AnnotatorResult], numbers: Mapping[str, int], target: str | None
+    ) -> None:
         self.clear()
+        self._rows = []
         unit = f" / {unit_of(target)}" if target is not None else ""
         self.setHeaderLabels(
-            ["Annotator"] + ([f"Deviation{unit}", "Bias", "Volumes", "Time"] if compared else [])
+            ["Annotator", *([f"Deviation{unit}", "Bias", "Volumes", "Time"] if compared else [])]
         )
-        visible = {other.annotator: other.visible for other in others}
-        for name, place in sorted(numbers.items(), key=lambda each: each[1]):
+        self.setColumnCount(5 if compared else 1)
+        for name, number_of_all in sorted(numbers.items(), key=lambda each: each[1]):
             row = QTreeWidgetItem([name, *(_cells(compared[name], target) if name in compared else ())])
             row.setData(0, _NAME_ROLE, name)
-            row.setIcon(0, annotator_swatch(place))
-            if name in visible:
-                row.setCheckState(0, Qt.CheckState.Checked if visible[name] else Qt.CheckState.Unchecked)
-            row.setToolTip(0, _SHOWN if name in visible else _NOT_HERE)
+            row.setIcon(0, annotator_swatch(number_of_all))
             if name in compared:
                 row.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
                 row.setToolTip(1, "Mean distance from the mean of the others")
                 row.setToolTip(2, _biases_in_full(compared[name]))
-            self.addTopLevelItem(row)
-        self.blockSignals(False)
+            self._rows.append(row)
+        self.addTopLevelItems(self._rows)
+
+    def _draw_ticks(self, visible: Mapping[str, bool]) -> None:
+        """Tick those that are drawn; who has nothing to be drawn has no box to be ticked."""
+        for row in self._rows:
+            name = row.data(0, _NAME_ROLE)
+            ticked = Qt.CheckState.Checked if visible.get(name) else Qt.CheckState.Unchecked
+            row.setData(0, Qt.ItemDataRole.CheckStateRole, ticked if name in visible else None)
+            row.setToolTip(0, _SHOWN if name in visible else _NOT_HERE)
 
     @Slot(QTreeWidgetItem, int)
     def _on_item_changed(self, item: QTreeWidgetItem, _column: int) -> None:
