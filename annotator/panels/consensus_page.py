@@ -164,15 +164,15 @@ class ConsensusPage(QWidget):
         is_proposed = document is not None and bool(document.consensus_of)
         self._propose.setText("&Propose again" if is_proposed else "&Propose")
         self._propose.setEnabled(may_edit)
-        following = settling.next_volume_id()
+        # In nobody's own list: a volume is named.
+        following = settling.next_volume_id() if is_open else None
         is_placed = document is not None and any(part.anchor_um is not None for part in document.parts)
-        self._accept.setText("&Accept, next" if following is not None else "&Accept")
-        self._accept.setToolTip(
-            f"Mark it as done, and go on to {following}"
-            if following is not None and not session.is_blind
-            else "Mark it as done"
-        )
-        self._accept.setEnabled(may_edit and is_placed)
+        is_done = document is not None and document.status == "done"
+        wishes = [] if is_done else ["mark it as done"]
+        wishes += [f"go on to {following}"] if following is not None else []
+        self._accept.setText("&Next" if is_done else "&Accept, next" if following is not None else "&Accept")
+        self._accept.setToolTip(" and ".join(wishes).capitalize() or "Every volume is settled")
+        self._accept.setEnabled(may_edit and is_placed and bool(wishes))
         self._draw_selection()
 
     def _state_words(self) -> str:

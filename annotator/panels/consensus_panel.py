@@ -39,12 +39,18 @@ class ConsensusPanel(QWidget):
         layout.addWidget(self._tabs, 1)
         layout.addStretch()
         session.settling.changed.connect(self._draw)
+        session.settling.triaged.connect(self._on_settling_triaged)
         session.volume_changed.connect(self._draw)
         self._draw()
 
     @Slot()
     def _on_settle_clicked(self) -> None:
         self._session.settling.settle()
+
+    @Slot()
+    def _on_settling_triaged(self) -> None:
+        if self._session.settling.is_triaging:
+            self._tabs.setCurrentIndex(self._triage_tab)
 
     @Slot()
     def _draw(self) -> None:

@@ -287,6 +287,6 @@ def _document(folder: Path, person: str, name: AnnotationName) -> Annotation | N
 def _differences(
     own_number: int | None, own_um: Mapping[str, Vector], shown: tuple[OtherAnnotation, ...]
 ) -> tuple[Difference, ...]:
-    return differences(
-        own_number, own_um, {other.number: other.positions_um for other in shown if other.visible}
-    )
+    # The consensus is made from the others: it counts in no mean of them.
+    compared = [other for other in shown if other.visible and other.annotator != CONSENSUS]
+    return differences(own_number, own_um, {other.number: other.positions_um for other in compared})
