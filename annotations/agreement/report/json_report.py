@@ -1,26 +1,24 @@
 """An agreement as JSON: all of its numbers, read again as they were."""
 
-import json
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from annotations.agreement.results import Agreement
-from annotations.documents.json_text import JsonProblem, parse_strictly
+from annotations.documents.json_text import JsonProblem, layout, parse_strictly
 from annotations.durable_files import replace_durably
 from annotations.errors import UserError, first_problem
 
 
 def json_bytes(agreement: Agreement) -> bytes:
-    """Return an agreement as indented UTF-8 JSON; what could not be computed is null.
+    """Return an agreement as UTF-8 JSON, a record a line; what could not be computed is null.
 
     A target that the tool has is there for each method, with null figures and n = 0 where no annotation
     gives it.
     """
     fields = agreement.model_dump(mode="json")
     # A path that is not Unicode stands in Python's text as lone surrogates: escaped, they are legal JSON.
-    text = json.dumps(fields, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    return text.encode("utf-8", "backslashreplace")
+    return layout(fields).encode("utf-8", "backslashreplace")
 
 
 def write_json(agreement: Agreement, path: Path) -> None:

@@ -3,6 +3,7 @@
 import io
 import warnings
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from annotations.agreement.report.contents import Contents, Formula, Item, Note, Paragraph, Photo, Plot, Table
@@ -293,10 +294,12 @@ def _size(table: Table) -> float:
     return _MAIN_CELL if table.is_main else _CELL
 
 
+@lru_cache(maxsize=4)
 def _widths_in(table: Table) -> list[float]:
     return column_widths_in((table.columns, *table.rows), _size(table), WIDTH_IN, _CELL_GAP_IN)
 
 
+@lru_cache(maxsize=4)
 def _cells(table: Table) -> list[list[list[str]]]:
     """Return the lines of each cell of each row."""
     widths_in = _widths_in(table)
