@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from annotations.agreement.comparison import agreement_of
 from annotations.agreement.report.contents import Table
 from annotations.agreement.report.exporting import export
+from annotations.agreement.report.file_tables import counts_table, left_out_table
 from annotations.agreement.report.outline import in_words, is_anything_compared
-from annotations.agreement.report.tables import counts_table, left_out_table, main_table
+from annotations.agreement.report.tables import main_table
 from annotations.agreement.results import Agreement
 from annotations.app_folders import tool_folder
 from annotations.cli.output import complain, show_progress, write_text

@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 
-from annotations.agreement.report import tables
+from annotations.agreement.report import file_tables, tables
 from annotations.agreement.report.bland_altman_plot import bland_altman_plot
 from annotations.agreement.report.contents import Contents, Item, Note, Paragraph, Photo, Section
 from annotations.agreement.report.definitions import definitions
@@ -116,7 +116,7 @@ def _deviation(agreement: Agreement) -> Section:
 
 
 def _compared(agreement: Agreement) -> Section:
-    items: list[Item] = [tables.counts_table(agreement)]
+    items: list[Item] = [file_tables.counts_table(agreement)]
     unfinished = sum(result.counts.unfinished for result in agreement.methods.values())
     if unfinished:
         items.append(
@@ -125,10 +125,10 @@ def _compared(agreement: Agreement) -> Section:
                 f"{'is' if unfinished == 1 else 'are'} not marked as done."
             )
         )
-    items += _present(tables.left_out_table(agreement))
+    items += _present(file_tables.left_out_table(agreement))
     if not agreement.left_out:
         items.append(Paragraph("No file was left out."))
-    turned = tables.turned_boxes_table(agreement)
+    turned = file_tables.turned_boxes_table(agreement)
     if turned is not None:
         items += [
             turned,
@@ -224,7 +224,7 @@ def _inputs(agreement: Agreement) -> Section:
                 "fingerprints. That of all files together is the SHA-256 over the lines “fingerprint, two "
                 "spaces, path”, sorted."
             ),
-            tables.inputs_table(agreement),
+            file_tables.inputs_table(agreement),
         ),
     )
 

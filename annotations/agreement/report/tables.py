@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from annotations.agreement.report.contents import Table
+from annotations.agreement.report.file_tables import MOST_ROWS, cut
 from annotations.agreement.report.labels import (
     METHODS,
     NOTHING,
@@ -12,7 +13,6 @@ from annotations.agreement.report.labels import (
     estimate,
     interval,
     label_of,
-    listed,
     methods_of,
     number,
     p_value,
@@ -24,8 +24,6 @@ from annotations.agreement.report.labels import (
 from annotations.agreement.results import Agreement, Estimate, Figures, StatisticName, Statistics
 from annotations.documents.record import Method
 
-MOST_ROWS = 200
-"""Of a table of files, volumes or pairs; the CSV files hold all."""
 WORST_VOLUMES = 20
 
 
@@ -89,47 +87,6 @@ def variant_table(agreement: Agreement, variant: str, caption: str) -> Table | N
         if (found := getattr(agreement.methods[method], variant)) is not None
     }
     return _targets_by_methods(agreement, tuple(STATISTICS), caption, figures) if figures else None
-
-
-def counts_table(agreement: Agreement) -> Table:
-    """Return what was compared and what was set aside, by method."""
-    methods = methods_of(agreement)
-    lines = (
-        ("Annotations compared (first passes)", "documents"),
-        ("… of them not marked as done; they are compared", "unfinished"),
-        ("… of them made after seeing others' work; left out of the main figures", "not_blind"),
-        ("Volumes with any annotation", "volumes"),
-        ("Volumes with at least two annotators", "volumes_compared"),
-        ("Points counted", "keypoints_counted"),
-        ("… of them placed as occluded, out of view or unsure", "keypoints_doubtful"),
-        ("Points left out: without a position", "keypoints_without_position"),
-        ("Points left out: filled in from a fit", "keypoints_fitted"),
-        ("Points left out: predicted by a network", "keypoints_predicted"),
-        ("Points left out: derived from the other method", "keypoints_derived"),
-        ("Points left out: known from a simulation", "keypoints_synthesized"),
-    )
-    rows = [
-        (label, *(f"{getattr(agreement.methods[method].counts, field):,}" for method in methods))
-        for label, field in lines
-    ]
-    return Table(
-        "What was compared. “Points” are keypoints; a box stands for the two keypoints at its ends.",
-        ("", *(METHODS[method] for method in methods)),
-        tuple(rows),
-    )
-
-
-def left_out_table(agreement: Agreement) -> Table | None:
-    """Return the files that could not be compared, with reasons."""
-    if not agreement.left_out:
-        return None
-    shown = agreement.left_out[:MOST_ROWS]
-    return Table(
-        f"Files that were left out{_cut(len(agreement.left_out))}.",
-        ("File", "Reason"),
-        tuple((each.path, each.reason) for each in shown),
-        words=frozenset({1}),
-    )
 
 
 def annotators_table(agreement: Agreement, method: Method) -> Table:
@@ -199,7 +156,7 @@ def outliers_table(agreement: Agreement, method: Method) -> Table | None:
     ]
     return Table(
         f"{METHODS[method]}: outliers, where an annotator is much further from the mean of the others than "
-        f"usual{_cut(len(found))}.",
+        f"usual{cut(len(found))}.",
         ("Annotator", "Volume", "Target", "Distance", "Limit"),
         tuple(rows),
         words=frozenset({1, 2}),
@@ -255,7 +212,7 @@ def pairs_table(agreement: Agreement, method: Method) -> Table | None:
         )
     return Table(
         f"{METHODS[method]}: Bland–Altman limits of agreement of each pair, the first minus the second [95 "
-        f"% confidence intervals]; of each component the widest first{_cut(len(found))}.",
+        f"% confidence intervals]; of each component the widest first{cut(len(found))}.",
         ("Pair", "Component", "Bias", "SD", "Lower limit", "Upper limit", "n"),
         tuple(rows),
         words=frozenset({1}),
@@ -361,33 +318,6 @@ def volumes_table(agreement: Agreement, method: Method) -> Table | None:
     )
 
 
-def turned_boxes_table(agreement: Agreement) -> Table | None:
-    """Return the boxes that are the same body in two senses of the hinge."""
-    found = [box for method in methods_of(agreement) for box in agreement.methods[method].turned_boxes]
-    if not found:
-        return None
-    return Table(
-        "Boxes that are the same body, one of them turned by 180° about its own x axis: the sense of the "
-        f"hinge differs{_cut(len(found))}.",
-        ("Volume", "Link", "Turned\u00a0by"),
-        tuple((box.volume, box.link, listed(list(box.annotators))) for box in found[:MOST_ROWS]),
-        words=frozenset({1, 2}),
-    )
-
-
-def inputs_table(agreement: Agreement) -> Table:
-    """Return the annotation files that were read, with their fingerprints."""
-    return Table(
-        f"Annotation files that were read{_cut(len(agreement.inputs))}.",
-        ("File", "Annotator", "Status", "SHA-256"),
-        tuple(
-            (each.path, each.annotator, each.status.replace("_", " "), each.sha256)
-            for each in agreement.inputs[:MOST_ROWS]
-        ),
-        words=frozenset({1, 2, 3}),
-    )
-
-
 def _targets_by_methods(
     agreement: Agreement,
     names: Sequence[StatisticName],
@@ -438,7 +368,3 @@ def _volumes(estimates: Iterable[Estimate]) -> str:
 
 def _estimate(values: Mapping[str, Estimate], name: str) -> str:
     return estimate(values.get(name, Estimate()), unit_of(name))
-
-
-def _cut(count: int) -> str:
-    return f" (the first {MOST_ROWS} of {count:,}; the CSV files have all)" if count > MOST_ROWS else ""

@@ -17,7 +17,8 @@ def test_what_was_compared_is_said_in_words(make: Any, empty: Agreement) -> None
     agreement = make(("anna", "ben"), methods=("boxes",), volumes=5)
 
     assert in_words(agreement) == (
-        "2 annotators; by bounding boxes 10 annotations of 5 volumes, of which 5 with at least two annotators."
+        "2 annotators; by bounding boxes 10 annotations of 5 volumes, of which 5 with at least two "
+        "annotators."
     )
     assert is_anything_compared(agreement)
     assert in_words(empty).startswith("Nothing could be compared")
