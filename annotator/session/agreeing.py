@@ -275,8 +275,10 @@ class Agreeing(QObject):
         self.changed.emit()
 
     def _on_session_document_changed(self, before: Annotation | None, after: Annotation | None) -> None:
-        # Another volume's document is no edit.
+        # Another volume's document is no edit, and the consensus is not compared.
         if before is None or after is None or self._is_stale or _what(before) != _what(after):
+            return
+        if after.annotator == CONSENSUS:
             return
         if before != after:
             self._is_stale = True

@@ -249,3 +249,26 @@ def test_a_consensus_that_is_open_elsewhere_is_read_only(
     qtbot.waitUntil(lambda: words(other, "consensus_words").startswith("Read-only."))
     for name in ("consensus_propose", "consensus_accept"):
         assert not button(other, name).isEnabled()
+
+
+def test_ranking_brings_the_ranks_to_the_front(qtbot: QtBot, shown: Shown) -> None:
+    session, panel = shown()
+    settle(qtbot, session, panel)
+    tabs = panel.findChild(QTabWidget, "consensus_tabs")
+    assert tabs is not None
+    session.settling.triage()
+    assert tabs.tabText(tabs.currentIndex()) == "Volumes by rank"
+    assert button(panel, "triage_rank").text() == "Cancel"
+    qtbot.mouseClick(button(panel, "triage_rank"), LEFT)
+    qtbot.waitUntil(lambda: not session.settling.is_triaging, timeout=LATE_IMPORTS_MS)
+    assert not ranks(panel).isVisibleTo(panel)
+
+
+def test_what_is_settled_offers_the_next_one_alone(qtbot: QtBot, shown: Shown) -> None:
+    session, panel = shown()
+    settle(qtbot, session, panel)
+    accept = button(panel, "consensus_accept")
+    assert (accept.text(), accept.toolTip()) == ("&Accept, next", "Mark it as done and go on to v002")
+    session.set_status("done")
+    assert (accept.text(), accept.toolTip()) == ("&Next", "Go on to v002")
+    assert words(panel, "consensus_words").startswith("Settled: v001.npy")

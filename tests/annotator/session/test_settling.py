@@ -350,3 +350,39 @@ def test_what_a_dead_program_left_of_a_consensus_is_recovered(
     assert document_of(other).parts == lost.parts
     assert document_of(other).consensus_of == lost.consensus_of
     assert other.save()
+
+
+def test_another_method_has_a_consensus_of_its_own(qtbot: QtBot, opened: Open, folder: Path) -> None:
+    session = opened(folder)
+    settle(qtbot, session, "v002")
+    session.set_method("boxes")
+    qtbot.waitUntil(lambda: document_of(session).method == "boxes" and session.settling.consensus is not None)
+    assert session.settling.is_settling
+    assert session.annotation_path == annotation_path(folder, CONSENSUS, "v002", "boxes")
+
+
+def test_a_reviewer_compares_the_annotators_while_settling(qtbot: QtBot, opened: Open, folder: Path) -> None:
+    session = opened(folder)
+    settle(qtbot, session)
+    assert (session.agreeing.refusal, session.agreeing.export_refusal) == ("", "")
+    session.agreeing.compute()
+    qtbot.waitUntil(lambda: session.agreeing.result is not None, timeout=LATE_IMPORTS_MS)
+    session.settling.adopt("k1", "ben")
+    # What the reviewer decides is nothing that is compared.
+    assert not session.agreeing.is_stale
+
+
+def test_the_consensus_counts_in_no_mean_of_the_annotators(qtbot: QtBot, opened: Open, folder: Path) -> None:
+    session = opened(folder)
+    settle(qtbot, session, "v002")
+    session.set_status("done")
+    annas = opened(folder, "anna")
+    annas.open_item(1)
+    qtbot.waitUntil(lambda: volume_of(annas) == "v002")
+    annas.others.want()
+    qtbot.waitUntil(lambda: len(annas.others.shown) == 3)
+    consensus = next(other for other in annas.others.shown if other.annotator == CONSENSUS)
+    lines = [line for line in annas.others.differences() if line.keypoint == "k0"]
+    assert consensus.number not in {line.number for line in lines}
+    for line in lines:
+        assert line.reference_um == pytest.approx(position_um(0, "ben"))
