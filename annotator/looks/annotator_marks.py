@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap, QPolygonF
@@ -45,12 +46,15 @@ _FORMS = {
 """By the report's name of the mark: corners around (0, 0), y downwards."""
 
 
+# Each of hundreds of marks asks, in every frame.
+@lru_cache(maxsize=64)
 def annotator_color(number: int) -> QColor:
     """Return the colour of the annotator with a place in the order of all: the report's, for dark ground."""
     color = QColor(annotator_look(number).color)
     return color if color.lightness() else _BLACK_ON_DARK
 
 
+@lru_cache(maxsize=64)
 def text_color(number: int) -> QColor:
     """Return the colour in which an annotator's initials can be read on dark ground."""
     color = annotator_color(number)
@@ -61,14 +65,12 @@ def paint_annotator_mark(
     painter: QPainter, center: QPointF, number: int, radius_px: float = MARK_RADIUS_PX, *, filled: bool = True
 ) -> None:
     """Paint the mark of the annotator with a place in the order; hollow where it is not near the plane."""
-    corners = _FORMS[annotator_look(number).marker]
-    form = QPolygonF([center + QPointF(x, y) * radius_px for x, y in corners])
-    color = annotator_color(number)
+    form = _form(number, radius_px).translated(center)
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(_pen(_HALO, 3.5))
     painter.drawPolygon(form)
     if filled:
-        painter.setBrush(color)
+        painter.setBrush(annotator_color(number))
     painter.setPen(_pen(text_color(number), 1.3))
     painter.drawPolygon(form)
 
@@ -146,6 +148,12 @@ def label_area(
 def _shared(first: QRectF, second: QRectF) -> float:
     both = first.intersected(second)
     return both.width() * both.height()
+
+
+@lru_cache(maxsize=64)
+def _form(number: int, radius_px: float) -> QPolygonF:
+    corners = _FORMS[annotator_look(number).marker]
+    return QPolygonF([QPointF(x, y) * radius_px for x, y in corners])
 
 
 def _pen(color: QColor, width_px: float) -> QPen:

@@ -72,29 +72,34 @@ class OthersLayer:
 
 
 class _Pictures:
-    """Sprites that are painted anew only where they show something else: most of the time they just move."""
+    """Sprites that are painted only where no other one shows the same already: most of the time they move."""
 
     def __init__(self, renderer: vtk.vtkRenderer) -> None:
         self._renderer = renderer
-        self._sprites: list[Sprite] = []
-        self._painted: list[Hashable] = []
+        self._sprites: list[tuple[Hashable, Sprite]] = []
 
-    def show(self, wanted: Sequence[tuple[Hashable, Callable[[], QImage], Place]], picture: Picture) -> None:
+    def show(self, wanted: Sequence[Drawn], picture: Picture) -> None:
         """Show these pictures and no others."""
-        while len(self._sprites) > len(wanted):
-            self._renderer.RemoveViewProp(self._sprites.pop().actor)
-            self._painted.pop()
-        while len(self._sprites) < len(wanted):
-            sprite = Sprite()
-            sprite.actor.SetLayerNumber(_BENEATH)
-            self._renderer.AddViewProp(sprite.actor)
-            self._sprites.append(sprite)
-            self._painted.append(None)
-        for index, (key, paint, (left_px, top_px)) in enumerate(wanted):
-            if key != self._painted[index]:
-                self._sprites[index].paint(paint())
-                self._painted[index] = key
-            self._sprites[index].place(left_px, top_px, picture.height_px)
+        left: dict[Hashable, list[Sprite]] = {}
+        for key, sprite in self._sprites:
+            left.setdefault(key, []).append(sprite)
+        kept = [left[key].pop() if left.get(key) else None for key, _, _ in wanted]
+        spare = [sprite for sprites in left.values() for sprite in sprites]
+        self._sprites = []
+        for (key, paint, (left_px, top_px)), same in zip(wanted, kept, strict=True):
+            sprite = same or (spare.pop() if spare else self._added())
+            if same is None:
+                sprite.paint(paint())
+            sprite.place(left_px, top_px, picture.height_px)
+            self._sprites.append((key, sprite))
+        for sprite in spare:
+            self._renderer.RemoveViewProp(sprite.actor)
+
+    def _added(self) -> Sprite:
+        sprite = Sprite()
+        sprite.actor.SetLayerNumber(_BENEATH)
+        self._renderer.AddViewProp(sprite.actor)
+        return sprite
 
 
 def _marks(others: Sequence[OtherAnnotation], picture: Picture) -> Iterator[Mark]:

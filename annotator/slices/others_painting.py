@@ -102,11 +102,16 @@ def paint_other_outlines(painter: QPainter, outlines: Iterable[OtherOutline]) ->
 
 def paint_differences(painter: QPainter, viewport: Viewport, index: int, lines: Iterable[Difference]) -> None:
     """Draw differences as lines: firm near the plane, faint elsewhere."""
+    parts: dict[int, tuple[list[Line], list[Line]]] = {}
     for line in lines:
         near, far = split_at_plane(viewport, index, line.position_um, line.reference_um)
-        for parts, opacity in ((far, FAR_OPACITY), (near, 1.0)):
+        of_annotator = parts.setdefault(line.number, ([], []))
+        of_annotator[0].extend(far)
+        of_annotator[1].extend(near)
+    for number, of_annotator in parts.items():
+        for segments, opacity in zip(of_annotator, (FAR_OPACITY, 1.0), strict=True):
             painter.setOpacity(opacity)
-            _paint_line(painter, parts, text_color(line.number))
+            _paint_lines(painter, segments, text_color(number))
     painter.setOpacity(1.0)
 
 
@@ -144,7 +149,7 @@ def _paint_initials(
     return area
 
 
-def _paint_line(painter: QPainter, parts: Iterable[Line], color: QColor) -> None:
+def _paint_lines(painter: QPainter, parts: Iterable[Line], color: QColor) -> None:
     lines = [QLineF(QPointF(*first), QPointF(*last)) for first, last in parts]
     for pen in (QPen(OUTLINE, LINE_WIDTH_PX + 2), QPen(color, LINE_WIDTH_PX)):
         painter.setPen(pen)
