@@ -36,6 +36,8 @@ TAKEOVER_LOG = "takeovers.log"
 
 # The system counts a process's start in ticks, and reads it back through a floating-point number.
 _START_TOLERANCE_S = 2.0
+# Tokens of the locks that this process has: it may have left a lock file where it could not delete it.
+_HELD: set[str] = set()
 _LOG = logging.getLogger(__name__)
 
 
@@ -56,7 +58,8 @@ class LockHolder:
     is_here : bool
         Whether the holder is on this computer.
     is_gone : bool
-        Whether the holder was a process on this computer that is no more.
+        Whether the holder was a process on this computer that is no more, or this one, which has given the
+        lock up.
     is_stale : bool
         Whether the holder is on another computer, or unknown, and has not renewed the lock for `STALE_S`.
     """
@@ -181,13 +184,15 @@ class DocumentLock:
             renewed=moment,
         )
         _write(path, content)
+        _HELD.add(content.token)
         return cls(path, content, made)
 
     def renew(self) -> bool:
         """Say that the document is still open; False if the lock is no longer this one.
 
-        SaveError if that cannot be said now: the share is away, perhaps.
+        SaveError if that cannot be said now: the share is away, perhaps, or the folder was moved.
         """
+        self._require_folder()
         with writing_beside(self.path):
             if not self.is_held():
                 return False
@@ -197,6 +202,7 @@ class DocumentLock:
 
     def is_held(self) -> bool:
         """Say whether the lock file is still this one; SaveError if it cannot be read."""
+        self._require_folder()
         content = _read(self.path)
         return isinstance(content, _LockFile) and content.token == self._content.token
 
@@ -205,6 +211,9 @@ class DocumentLock:
 
         Folders that were made for the lock, and in which nothing was saved, are removed.
         """
+        # Where it stays all the same, this process does not take itself for somebody else.
+        _HELD.discard(self._content.token)
+        self._require_folder()
         with writing_beside(self.path, tidied=self._made):
             if not self.is_held():
                 return
@@ -214,8 +223,18 @@ class DocumentLock:
                 raise SaveError(
                     f"it could not be deleted ({error.strerror or error})",
                     where=lock_path(self.path),
-                    remedy="It is passed over once this program has ended",
+                    remedy="It is passed over by whoever opens the document next on this computer",
                 ) from error
+
+    def _require_folder(self) -> None:
+        """Raise SaveError where the folder has been moved, or its share is away: it is not made anew."""
+        folder = lock_path(self.path).parent
+        if not folder.is_dir():
+            raise SaveError(
+                "its folder is not there any more",
+                where=folder,
+                remedy="Bring it back, or open the document where it is now",
+            )
 
 
 def lock_path(path: Path) -> Path:
@@ -242,7 +261,7 @@ def holder_of(path: Path) -> LockHolder | None:
         age_s=age_s,
         token=content.token,
         is_here=is_here,
-        is_gone=is_here and not _is_alive(content.process_id, content.process_started),
+        is_gone=is_here and not _is_holding(content),
         is_stale=not is_here and age_s >= STALE_S,
     )
 
@@ -318,6 +337,11 @@ def _written(moment: datetime) -> str:
 
 def _host() -> str:
     return platform.node() or "unknown"
+
+
+def _is_holding(content: _LockFile) -> bool:
+    is_own = content.process_id == os.getpid()
+    return _is_alive(content.process_id, content.process_started) and (not is_own or content.token in _HELD)
 
 
 def _is_alive(process_id: int, started_s: float) -> bool:

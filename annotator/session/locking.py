@@ -17,6 +17,10 @@ from annotator.session.saving import SessionSaving
 
 _OPEN_ELSEWHERE = "It is open elsewhere: {}. Once it is closed there, open it here again to change it"
 _BEHIND = "Its file has just been changed, and is read again"
+_MOVED = "the study or folder is not there any more: it was moved, or its disk is away"
+_HOW_TO_FIND = (
+    "Bring it back, or open it where it is now and recover your edits there (File ▸ Recover Unsaved Edits…)"
+)
 _HOW_TO_SAVE = "Save it under another name to keep your own version"
 _HOW_TO_AGREE = "Agree with whoever has it on who goes on"
 
@@ -85,6 +89,10 @@ class SessionLocking(SessionSaving):
         if document is None or self._file is None:
             return
         if path is None or path == self._file.path:
+            folder = self._worklist.folder
+            if folder in self._file.path.parents and not self._worklist.is_there:
+                # A folder made anew in its place would hold a file that nobody looks for there.
+                raise SaveError(_MOVED, where=folder, remedy=_HOW_TO_FIND)
             self._locks.check()
             if self._read_only_reason:
                 raise SaveError(self._read_only_reason, remedy=self._way_out())

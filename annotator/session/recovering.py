@@ -8,6 +8,7 @@ from annotations.documents.recovery import Recovery, discard, find_recoveries
 from annotations.durable_files import SaveError
 from annotator.session.locking import SessionLocking
 from annotator.session.study_paths import neutral_label
+from annotator.session.worklist import moved_with
 
 
 class SessionRecovering(SessionLocking):
@@ -25,9 +26,11 @@ class SessionRecovering(SessionLocking):
         )
 
     def recovery_names(self, recoveries: Iterable[Recovery]) -> Mapping[Path, str]:
-        """Return the neutral names of those recoveries that are of blind work, by their journals."""
+        """Return neutral names of those recoveries that are, or may be, of blind work, by their journals."""
         names = {
-            recovery.journal_path: neutral_label(recovery.annotation_path, recovery.document.annotator)
+            recovery.journal_path: neutral_label(
+                moved_with(recovery.annotation_path, self._worklist), recovery.document.annotator
+            )
             for recovery in recoveries
         }
         return {path: name for path, name in names.items() if name}

@@ -30,7 +30,7 @@ from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.studies import Studies
 from annotator.session.study_paths import KeptFromView, LookNeeded, read_path
 from annotator.session.volume_opener import VolumeOpener
-from annotator.session.worklist import Worklist, read_worklist, worklist_with
+from annotator.session.worklist import Worklist, moved_with, read_worklist, worklist_with
 
 
 class Session(SessionRecovering):
@@ -237,10 +237,11 @@ class Session(SessionRecovering):
 
     def recover(self, recovery: Recovery) -> None:
         """Open the document of a recovery, with its unsaved edits as one edit that can be undone."""
-        present, path = self._worklist, recovery.annotation_path
+        present = self._worklist
+        path = moved_with(recovery.annotation_path, present)
         self._look_at(
             lambda: worklist_with(recovery.document, path, present),
-            lambda place: self._open(*place, recovery=recovery),
+            lambda place: self._open(*place, recovery=replace(recovery, annotation_path=path)),
         )
 
     def reload(self) -> None:

@@ -62,8 +62,13 @@ def read_path(path: Path, annotator: str, method: Method, *, looks_anyway: bool 
 
 
 def neutral_label(annotation_path: Path, annotator: str) -> str:
-    """Return under which number an annotation is known to its annotator; empty where that is not blind."""
+    """Return under which number an annotation is known to its annotator; empty where that is not blind.
+
+    One whose folder is not there any more is named after the folder above: that may be of a blind study.
+    """
     folder, name = study_folder_of(annotation_path), annotation_name(annotation_path)
+    if name is not None and not annotation_path.parent.is_dir():
+        return f"An annotation in {annotation_path.parent.parent.parent.name}, which is not there any more"
     if folder is None or name is None:
         return ""
     try:

@@ -110,6 +110,11 @@ class Worklist:
         """Whether the annotator is to know the volumes by their numbers alone."""
         return self.study is not None and self.study.blind and self.annotator in self.study.annotators
 
+    @property
+    def is_there(self) -> bool:
+        """Whether its study or folder is still where it was: it can be moved while it is open."""
+        return (self.folder / STUDY_FILE).is_file() if self.study is not None else self.folder.is_dir()
+
     def has_volumes_of(self, other: "Worklist") -> bool:
         """Whether it lists the same volumes, by whichever method: a queue's order depends on that."""
         return {item.place for item in self.items} == {item.place for item in other.items}
@@ -182,12 +187,29 @@ def worklist_with(document: Annotation, path: Path, present: Worklist) -> tuple[
     """Return the list that a document's file belongs to, and its place there.
 
     The present list if it is in there, else that of its study or folder, else one of its own.
+
+    UserError where the study or folder is not there any more.
     """
     for worklist in (present, _around(document, path)):
         for index, item in enumerate(worklist.items if worklist else ()):
             if worklist is not None and item.annotation_path == path:
                 return worklist, index
+    if not path.parent.is_dir() and not referenced_path(document.volume, path).exists():
+        raise UserError(
+            "it belongs to a study or folder that is not there any more",
+            where=path.parent,
+            remedy="Open it where it is now, and recover the edits then (File ▸ Recover Unsaved Edits…)",
+        )
     return _of_one(document, path, Path(document.volume.path).name), 0
+
+
+def moved_with(path: Path, present: Worklist) -> Path:
+    """Return where an annotation's file is now: in the present study or folder, if that was moved with it."""
+    if not path.parent.is_dir():
+        for item in present.items:
+            if item.annotation_path.parts[-3:] == path.parts[-3:]:
+                return item.annotation_path
+    return path
 
 
 def _around(document: Annotation, path: Path) -> Worklist | None:
