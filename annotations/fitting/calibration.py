@@ -103,11 +103,16 @@ def calibrate(documents: Iterable[Annotation], tool: ToolSpecification) -> Calib
     return Calibration(links, count)
 
 
-def calibrate_study(folder: Path, tool: ToolSpecification) -> Calibration:
-    """Measure a tool's links in the finished annotations of the study in a folder, whoever made them."""
+def calibrate_study(folder: Path, tool: ToolSpecification, annotator: str | None = None) -> Calibration:
+    """Measure a tool's links in the finished annotations of the study in a folder.
+
+    Those of one annotator alone, or by default whoever made them.
+    """
     documents: list[Annotation] = []
     skipped: list[UserError] = []
     for path in annotation_files(folder):
+        if annotator is not None and path.parent.name != annotator:
+            continue
         try:
             documents.append(_load_for(tool, path))
         except UserError as error:

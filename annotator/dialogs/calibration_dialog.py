@@ -96,7 +96,10 @@ class CalibrationDialog(QDialog):
         count = self._found.calibration.documents
         if not count:
             return f"No finished annotation measures {self._found.tool.name}"
-        return f"{self._found.tool.name}, measured in {count} finished annotation{'s' if count > 1 else ''}"
+        own = " of your own" if self._found.is_own else ""
+        return (
+            f"{self._found.tool.name}, measured in {count} finished annotation{'s' if count > 1 else ''}{own}"
+        )
 
     def _caution(self) -> str:
         return (

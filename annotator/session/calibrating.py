@@ -1,18 +1,18 @@
 """The session's calibration of the tool: measured in finished annotations, kept as a new specification."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.study import STUDY_FILE
 from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tools, write_tool
 from annotator.session.jobs import Job
-from annotator.session.options import SessionOptions
-from annotator.session.posing import SessionPosing
+from annotator.session.state import SessionState
 from annotator.session.worklist import Worklist
 
 if TYPE_CHECKING:
@@ -32,6 +32,8 @@ class ToolCalibration:
         Where the new specification is written.
     is_study : bool
         Whether that is the folder of a study, which names its tool itself.
+    is_own : bool
+        Whether only the person's own annotations were measured.
     taken_names : frozenset of str
         Tools that are there already.
     """
@@ -40,6 +42,7 @@ class ToolCalibration:
     calibration: "Calibration"
     folder: Path
     is_study: bool
+    is_own: bool
     taken_names: frozenset[str]
 
     @property
@@ -66,51 +69,91 @@ class ToolCalibration:
         return ""
 
 
-class SessionCalibrating(SessionPosing):
-    """Measures the tool, and writes what a person accepts of it; no document changes."""
+class Calibrating(QObject):
+    """Measures the tool, and writes what a person accepts of it; no document changes.
 
-    def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
-        super().__init__(options, parent)
-        self._calibrating: Job | None = None
+    Parameters
+    ----------
+    may_compare : callable
+        Says whether the person may see what all annotators found.
+    failed : callable
+        Takes an error.
 
-    def calibrate(self) -> None:
-        """Measure the tool in the finished annotations around the open volume; ``calibrated`` follows."""
-        tool, folder = self.tool, annotated_folder(self._worklist)
+    Signals
+    -------
+    measured : ToolCalibration
+        After `measure`: `keep` may follow.
+    """
+
+    measured = Signal(object)
+
+    def __init__(
+        self,
+        session: SessionState,
+        may_compare: Callable[[], bool],
+        user_tool_folder: Path,
+        failed: Callable[[Exception], None],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._may_compare = may_compare
+        self._user_tool_folder = user_tool_folder
+        self._failed = failed
+        self._measuring: Job | None = None
+
+    def measure(self) -> None:
+        """Measure the tool in the finished annotations around the open volume; ``measured`` follows.
+
+        Whoever may not see the others' work yet measures in their own.
+        """
+        session = self._session
+        tool, folder = session.tool, annotated_folder(session.worklist)
         if tool is None:
             return
-        tool_folders, user_tool_folder = self._tool_folders(self._worklist), self._options.user_tool_folder
-        if self._calibrating is not None:
-            self.jobs.cancel(self._calibrating)
-        self._calibrating = self.jobs.start(
+        annotator = None if self._may_compare() else session.person
+        tool_folders, user_tool_folder = session.tool_folders, self._user_tool_folder
+        if self._measuring is not None:
+            session.jobs.cancel(self._measuring)
+        self._measuring = session.jobs.start(
             "Measuring the tool in finished annotations",
-            lambda _progress, _cancelled: _measured(tool, folder, tool_folders, user_tool_folder),
-            done=self.calibrated.emit,
-            failed=self._raise_error,
+            lambda _progress, _cancelled: _measured(tool, folder, annotator, tool_folders, user_tool_folder),
+            done=self._on_job_measured,
+            failed=self._failed,
         )
 
-    def keep_calibration(self, found: ToolCalibration, name: str) -> bool:
+    def keep(self, found: ToolCalibration, name: str) -> bool:
         """Write the calibrated tool as a new specification; False if that failed, and a signal says why."""
         path = found.folder / f"{name}.toml"
         try:
             write_tool(found.tool_named(name), path)
         except UserError as error:
-            self.report(error)
+            self._session.report(error)
             return False
-        self.post_message(f"{name} is written to {path}; {found.tool.name} stays as it is")
+        self._session.post_message(f"{name} is written to {path}; {found.tool.name} stays as it is")
         return True
+
+    def _on_job_measured(self, found: ToolCalibration) -> None:
+        skipped = tuple(UserError(self._session.neutral(str(error))) for error in found.calibration.skipped)
+        self.measured.emit(replace(found, calibration=replace(found.calibration, skipped=skipped)))
 
 
 def _measured(
-    tool: ToolSpecification, folder: Path, tool_folders: tuple[Path, ...], user_tool_folder: Path
+    tool: ToolSpecification,
+    folder: Path,
+    annotator: str | None,
+    tool_folders: tuple[Path, ...],
+    user_tool_folder: Path,
 ) -> ToolCalibration:
     from annotations.fitting.calibration import calibrate_study  # late: few sessions calibrate
 
     is_study = (folder / STUDY_FILE).is_file()
     return ToolCalibration(
         tool,
-        calibrate_study(folder, tool),
+        calibrate_study(folder, tool, annotator),
         folder / "tools" if is_study else user_tool_folder,
         is_study,
+        annotator is not None,
         frozenset(find_tools(tool_folders)),
     )
 

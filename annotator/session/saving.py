@@ -11,14 +11,14 @@ from annotations.documents.files import ChangedOnDisk
 from annotations.documents.provenance import Viewing
 from annotations.documents.record import Status, changed, now
 from annotations.durable_files import SaveError
-from annotator.session.calibrating import SessionCalibrating
 from annotator.session.options import SessionOptions
+from annotator.session.posing import SessionPosing
 from annotator.session.seeing import Seeing
 
 _REOPENED = "It was done, and the others' work could be seen: from now on it is marked as reopened"
 
 
-class SessionSaving(SessionCalibrating):
+class SessionSaving(SessionPosing):
     """Brings the document into its file; failures come as signals, and the journal keeps the edits."""
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:

@@ -15,6 +15,7 @@ from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown
 from annotator.session.agreeing import Agreeing
+from annotator.session.calibrating import Calibrating
 from annotator.session.deriving import write_derived
 from annotator.session.document_file import DocumentFile
 from annotator.session.exporting import Exporting
@@ -60,6 +61,9 @@ class Session(SessionRecovering):
             self._raise_error,
             options.user_tool_folder,
             self,
+        )
+        self.calibrating = Calibrating(
+            self, lambda: not self.agreeing.refusal, options.user_tool_folder, self._raise_error, self
         )
         self.others = Others(self, self.seeing, self.agreeing, self)
         self.settling = Settling(self, self.others, self._edit, self.open_list, self._raise_error, self)

@@ -67,8 +67,6 @@ class SessionState(QObject):
         Left by a program that died: answer each with `recover` or `discard_recovery`.
     roll_requested : RollUnknown
         The keypoints do not show the roll of the boxes to be derived: answer with `Session.derive`.
-    calibrated : ToolCalibration
-        What finished annotations say of the tool: `SessionCalibrating.keep_calibration` may follow.
     look_requested : Path, str
         The path asked for is another person's annotation, and this is why it is not for the annotator's eyes
         yet: answer with ``open_path(path, looks_anyway=True)`` or not at all.
@@ -90,7 +88,6 @@ class SessionState(QObject):
     dataset_requested = Signal(object, object)
     recovery_requested = Signal(object)
     roll_requested = Signal(object)
-    calibrated = Signal(object)
     look_requested = Signal(object, str)
     takeover_requested = Signal(object)
     overwrite_requested = Signal(str)

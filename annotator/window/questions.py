@@ -56,7 +56,7 @@ class Questions(QObject):
         session.dataset_requested.connect(self._on_session_dataset_requested)
         session.recovery_requested.connect(self._on_session_recovery_requested)
         session.roll_requested.connect(self._on_session_roll_requested)
-        session.calibrated.connect(self._on_session_calibrated)
+        session.calibrating.measured.connect(self._on_calibrating_measured)
         session.look_requested.connect(self._on_session_look_requested)
         session.takeover_requested.connect(self._on_session_takeover_requested)
         session.overwrite_requested.connect(self._on_session_overwrite_requested)
@@ -249,11 +249,11 @@ class Questions(QObject):
         dialog.accepted.connect(on_dialog_accepted)
         self.show(dialog)
 
-    def _on_session_calibrated(self, found: ToolCalibration) -> None:
+    def _on_calibrating_measured(self, found: ToolCalibration) -> None:
         from annotator.dialogs.calibration_dialog import CalibrationDialog  # late: few ask for it
 
         dialog = CalibrationDialog(found, self._window)
-        dialog.accepted.connect(lambda: self._session.keep_calibration(found, dialog.name))
+        dialog.accepted.connect(lambda: self._session.calibrating.keep(found, dialog.name))
         self.show(dialog)
 
     def _on_session_look_requested(self, path: Path, reason: str) -> None:

@@ -19,5 +19,5 @@ class ToolsHandlers:
             "other_solution": lambda: session.take_alternative(0),
             "refine": session.refine,
             "every_relabelling": session.search_every_relabelling,
-            "calibrate": session.calibrate,
+            "calibrate": session.calibrating.measure,
         }

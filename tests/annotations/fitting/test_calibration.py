@@ -227,6 +227,9 @@ def test_a_study_is_read_whole_and_what_cannot_be_is_told(
     assert str(broken) in str(first)
     assert "another tool ('scissors')" in str(second)
     assert calibrate_study(tmp_path / "nothing", forceps).documents == 0
+    bens = calibrate_study(tmp_path, forceps, "ben")
+    assert bens.documents < found.documents
+    assert [str(broken) in str(error) for error in bens.skipped] == [True]
 
 
 def test_a_calibrated_tool_goes_into_the_study(

@@ -30,12 +30,15 @@ WELL_MEASURED = Calibration({"link0": LinkMeasures(length=Measured(11_234.56, 45
 
 @pytest.fixture
 def make(qtbot: QtBot) -> Callable[..., CalibrationDialog]:
-    def make(calibration: Calibration = MEASURED, *, is_study: bool = True) -> CalibrationDialog:
+    def make(
+        calibration: Calibration = MEASURED, *, is_study: bool = True, is_own: bool = False
+    ) -> CalibrationDialog:
         found = ToolCalibration(
             shipped_tools()["magnetic-forceps"],
             calibration,
             Path("/studies/pilot/tools"),
             is_study,
+            is_own,
             frozenset({"magnetic-forceps", "needle"}),
         )
         dialog = CalibrationDialog(found)
@@ -167,3 +170,8 @@ def test_what_was_left_out_is_listed_with_its_reason(make: Callable[..., Calibra
     assert "a.json" in text
     assert "another tool" in text
     assert "1 file was left out" in said(make(Calibration({}, 1, skipped[:1])))
+
+
+def test_it_says_where_only_ones_own_annotations_count(make: Callable[..., CalibrationDialog]) -> None:
+    assert "in 12 finished annotations of your own" in said(make(is_own=True))
+    assert "of your own" not in said(make())

@@ -1,5 +1,6 @@
 """The tool is measured in finished annotations, and a new specification is written only when asked for."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -20,9 +21,9 @@ def annotate(session: Session, length_um: float) -> None:
 
 
 def calibration_of(qtbot: QtBot, session: Session) -> ToolCalibration:
-    with qtbot.waitSignal(session.calibrated) as calibrated:
-        session.calibrate()
-    found = calibrated.args[0]
+    with qtbot.waitSignal(session.calibrating.measured) as measured:
+        session.calibrating.measure()
+    found = measured.args[0]
     assert isinstance(found, ToolCalibration)
     return found
 
@@ -47,7 +48,7 @@ def test_a_study_keeps_the_new_specification_in_its_own_folder(
     assert found.problem_with(found.suggested_name) == ""
     before = study_session.document
     with qtbot.waitSignal(study_session.message_posted) as said:
-        assert study_session.keep_calibration(found, "ours")
+        assert study_session.calibrating.keep(found, "ours")
     path = volume_path.parent / "tools" / "ours.toml"
     assert str(path) in said.args[0]
     assert load_tool(path).link("link0").length_um == 11_234.5
@@ -62,7 +63,7 @@ def test_outside_a_study_it_goes_to_the_persons_own_tools(
     annotate(session, 10_500.0)
     found = calibration_of(qtbot, session)
     assert not found.is_study
-    assert session.keep_calibration(found, "ours")
+    assert session.calibrating.keep(found, "ours")
     assert (options.user_tool_folder / "ours.toml").exists()
 
 
@@ -82,11 +83,11 @@ def test_only_names_that_are_new_are_taken(qtbot: QtBot, session: Session) -> No
     assert "already" in found.problem_with("needle")
     assert "already" in found.problem_with("magnetic-forceps")
     assert "a name holds letters" in found.problem_with("two words")
-    assert session.keep_calibration(found, found.suggested_name)
+    assert session.calibrating.keep(found, found.suggested_name)
     again = calibration_of(qtbot, session)
     assert again.suggested_name == "magnetic-forceps-calibrated-2"
     with qtbot.waitSignal(session.error_raised) as raised:
-        assert not session.keep_calibration(again, "magnetic-forceps-calibrated")
+        assert not session.calibrating.keep(again, "magnetic-forceps-calibrated")
     assert "not overwritten" in str(raised.args[0])
 
 
@@ -95,7 +96,7 @@ def test_without_finished_annotations_there_is_nothing_to_keep(qtbot: QtBot, ses
     assert found.calibration.documents == 0
     assert "no finished annotation" in found.problem_with("ours")
     with qtbot.waitSignal(session.error_raised):
-        assert not session.keep_calibration(found, "ours")
+        assert not session.calibrating.keep(found, "ours")
 
 
 def test_what_cannot_be_read_is_left_out_and_named(qtbot: QtBot, session: Session) -> None:
@@ -106,11 +107,35 @@ def test_what_cannot_be_read_is_left_out_and_named(qtbot: QtBot, session: Sessio
     assert "broken.keypoints.json" in str(skipped)
 
 
+def test_who_may_not_see_the_others_work_yet_measures_only_their_own(
+    qtbot: QtBot, empty_session: Session, volume_path: Path
+) -> None:
+    folder = volume_path.parent
+    volumes = tuple(StudyVolume(id=each, path="v001.npy") for each in ("first-7", "second-7"))
+    study = Study(
+        title="Pilot", tool="magnetic-forceps", annotators=("anna", "bob"), blind=True, volumes=volumes
+    )
+    save_study(study, folder)
+    with qtbot.waitSignal(empty_session.volume_changed):
+        empty_session.open_path(folder)
+    annotate(empty_session, 10_500.0)
+    for annotator in ("anna", "bob"):
+        (folder / "annotations" / annotator).mkdir(exist_ok=True)
+        (folder / "annotations" / annotator / "second-7.keypoints.json").write_text("{", encoding="utf-8")
+    shutil.copy(folder / "annotations" / "anna" / "first-7.keypoints.json", folder / "annotations" / "bob")
+    found = calibration_of(qtbot, empty_session)
+    assert found.is_own
+    assert found.calibration.documents == 1
+    (skipped,) = found.calibration.skipped
+    assert "second-7" not in str(skipped)
+    assert "Volume 2" in str(skipped)
+
+
 def test_wrong_tool_files_are_said(qtbot: QtBot, session: Session, options: SessionOptions) -> None:
     options.user_tool_folder.mkdir()
     (options.user_tool_folder / "bad.toml").write_text("name = 1")
     with qtbot.waitSignal(session.error_raised) as raised:
-        session.calibrate()
+        session.calibrating.measure()
     assert "bad.toml" in str(raised.args[0])
 
 
@@ -118,11 +143,11 @@ def test_the_last_wish_counts_and_nothing_open_measures_nothing(
     qtbot: QtBot, session: Session, options: SessionOptions
 ) -> None:
     found: list[ToolCalibration] = []
-    session.calibrated.connect(found.append)
-    session.calibrate()
-    session.calibrate()
+    session.calibrating.measured.connect(found.append)
+    session.calibrating.measure()
+    session.calibrating.measure()
     qtbot.waitUntil(lambda: not session.jobs.running)
     assert len(found) == 1
     session.close_volume()
-    session.calibrate()
+    session.calibrating.measure()
     assert not any(job.title.startswith("Measuring") for job in session.jobs.running)
