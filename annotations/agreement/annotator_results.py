@@ -21,6 +21,7 @@ def annotator_results(
     compared: Compared,
     measured: Mapping[str, Measured],
     components: Mapping[str, Array],
+    not_blind: Mapping[str, int],
     *,
     resamples: int = RESAMPLES,
     seed: int = 0,
@@ -36,6 +37,8 @@ def annotator_results(
         The targets of ``compared``.
     components : mapping of str to (V, A) array of float64
         See `annotations.agreement.components.component_values`, in the frame of each volume.
+    not_blind : mapping of str to int
+        How many documents of each annotator are left out of ``compared``, because others' were seen before.
     resamples, seed : int
         Of the bootstrap over volumes.
     """
@@ -47,6 +50,7 @@ def annotator_results(
             annotator=annotator,
             documents=int(compared.has_document[:, who].sum()),
             done=int((compared.has_document & compared.is_done)[:, who].sum()),
+            not_blind=not_blind.get(annotator, 0),
             deviation={
                 name: estimate(values[:, who], resamples=resamples, seed=seed)
                 for name, values in apart.items()

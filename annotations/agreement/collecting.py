@@ -1,5 +1,6 @@
 """A study, or any folder of annotation files → what is compared."""
 
+import posixpath
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -7,12 +8,14 @@ from annotations.agreement.compared import Compared, Material
 from annotations.agreement.document_reader import DocumentReader
 from annotations.agreement.documents_read import DocumentRead, compared, inputs, volume_names
 from annotations.agreement.found_files import files_below, files_of_study
+from annotations.agreement.part_table import PartTable
 from annotations.agreement.results import LeftOut
 from annotations.agreement.sieve import sift
 from annotations.agreement.standing import STANDINGS
 from annotations.documents.record import Method
 from annotations.documents.study import STUDY_FILE, Study, load_study, study_folder_of
 from annotations.errors import Cancelled, UserError
+from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
 
 _METHODS: tuple[Method, ...] = ("keypoints", "boxes")
@@ -50,7 +53,7 @@ def collect(
     Raises
     ------
     UserError
-        There is no such folder, or nothing in it can be compared though it is no study.
+        There is no such folder, or it holds no annotation file and is no study.
     StudyError
         ``study.toml`` is wrong.
     ToolError
@@ -67,28 +70,41 @@ def collect(
     folders = [*([above / "tools"] if above else []), *tool_folders]
     reader = DocumentReader(folder, study, folders, done_only=done_only)
     files, unread = files_of_study(folder) if study else files_below(folder)
+
+    def go_on() -> None:
+        if cancelled():
+            raise Cancelled
+
     for number, relative in enumerate(files):
         if number % _AT_ONCE == 0:
-            if cancelled():
-                raise Cancelled
+            go_on()
             progress(number / len(files))
         reader.read(relative)
-    documents, left_out = sift(reader.documents)
-    documents, idle = _of_people_who_placed(documents, reader)
+    go_on()
+    fitting, left_out = sift(reader.documents)
+    go_on()
+    documents, idle = _of_people_who_placed(fitting, reader)
     left_out = sorted((*unread, *reader.left_out, *left_out, *idle), key=lambda each: each.path)
-    if documents:
-        tool = reader.tools[documents[0].tool_key]
+    tool_key = fitting[0].tool_key if fitting else None
+    if tool_key is not None:
+        tool: ToolSpecification | None = reader.tools[tool_key]
     elif study:
         tool = find_tool(study.tool, folders)
+    elif left_out:
+        tool = None
     else:
-        raise _nothing_to_compare(folder, left_out)
+        raise UserError(
+            "there is no annotation file in it", where=folder, remedy="Choose a study, or a folder of them"
+        )
     names = {each.id: each.id for each in study.volumes} if study else volume_names(documents)
     annotators = _in_order({document.annotator for document in documents}, study)
-    passes = {
-        method: _passes(method, of_method, reader, annotators, names)
-        for method in _METHODS
-        if (of_method := [document for document in documents if document.method == method])
-    }
+    passes: dict[Method, tuple[Compared, ...]] = {}
+    for method in _METHODS:
+        go_on()
+        # Where nothing is left, each method is there with nothing in it: its figures are then absent by name.
+        if tool_key is not None and any(each.method == method for each in documents or fitting):
+            of_method = [document for document in documents if document.method == method]
+            passes[method] = _passes(method, of_method, reader.tables[tool_key, method], annotators, names)
     progress(1.0)
     return Material(
         title=study.title if study else folder.absolute().name,
@@ -103,7 +119,7 @@ def collect(
 def _passes(
     method: Method,
     documents: Sequence[DocumentRead],
-    reader: DocumentReader,
+    table: PartTable,
     annotators: Sequence[str],
     names: Mapping[str, str],
 ) -> tuple[Compared, ...]:
@@ -111,14 +127,13 @@ def _passes(
     by_repeat: dict[int, list[DocumentRead]] = {0: []}
     for document in documents:
         by_repeat.setdefault(document.repeat, []).append(document)
-    table = reader.tables[documents[0].tool_key, method]
     return tuple(compared(method, those, table, annotators, names) for _, those in sorted(by_repeat.items()))
 
 
 def _of_people_who_placed(
     documents: Sequence[DocumentRead], reader: DocumentReader
 ) -> tuple[list[DocumentRead], list[LeftOut]]:
-    """Leave out the documents of annotators of whom no point counts, such as a synthetic volume's truth."""
+    """Leave out annotators of whom no point counts, such as a synthetic volume's truth, a line for each."""
     standings: dict[str, set[int]] = {}
     for key, table in reader.tables.items():
         those = [document for document in documents if (document.tool_key, document.method) == key]
@@ -132,13 +147,17 @@ def _of_people_who_placed(
         for name, found in standings.items()
         if STANDINGS.index("counted") not in found
     }
+    files: dict[str, list[str]] = {name: [] for name in idle}
+    for document in documents:
+        if document.annotator in idle:
+            files[document.annotator].append(document.path)
     return [document for document in documents if document.annotator not in idle], [
         LeftOut(
-            path=document.path,
-            reason=f"{document.annotator!r} placed no point anywhere ({idle[document.annotator]})",
+            path=posixpath.commonpath(paths) or ".",
+            reason=f"{name!r}: {len(paths)} file{'s' if len(paths) > 1 else ''}, "
+            f"no point placed by a person ({idle[name]})",
         )
-        for document in documents
-        if document.annotator in idle
+        for name, paths in files.items()
     ]
 
 
@@ -146,16 +165,3 @@ def _in_order(annotators: Iterable[str], study: Study | None) -> list[str]:
     """Return annotators in the study's order, and then those whom it does not know."""
     known = {name: number for number, name in enumerate(study.annotators)} if study else {}
     return sorted(annotators, key=lambda name: (known.get(name, len(known)), name.casefold(), name))
-
-
-def _nothing_to_compare(folder: Path, left_out: Sequence[LeftOut]) -> UserError:
-    if not left_out:
-        return UserError(
-            "there is no annotation file in it", where=folder, remedy="Choose a study, or a folder of them"
-        )
-    first = left_out[0]
-    return UserError(
-        f"none of its {len(left_out)} annotation files can be compared; {first.path}: {first.reason}",
-        where=folder,
-        remedy="Choose another folder, or correct the files",
-    )

@@ -54,7 +54,7 @@ class Compared:
         return replace(self, positions_um=np.where(self.doubtful[..., np.newaxis], np.nan, self.positions_um))
 
     def only(self, documents: NDArray[np.bool_]) -> "Compared":
-        """Return the same without the positions of some documents.
+        """Return the same without some documents; what else ``standing`` says of these stays.
 
         Parameters
         ----------
@@ -67,6 +67,8 @@ class Compared:
             self,
             positions_um=np.where(kept, self.positions_um, np.nan),
             rotations_wxyz=None if rotations_wxyz is None else np.where(kept, rotations_wxyz, np.nan),
+            has_document=self.has_document & documents,
+            active_seconds=np.where(documents, self.active_seconds, np.nan),
         )
 
 
@@ -80,20 +82,21 @@ class Material:
         The study's, or the folder's name.
     folder : Path
         What paths in ``inputs`` and ``left_out`` are relative to.
-    tool : ToolSpecification
-        Of all the documents.
+    tool : ToolSpecification or None
+        Of all the documents; None where none can be compared, and there is no study to say it.
     passes : mapping of str to tuple of Compared
         For each method the first pass over the volumes, then the repeats in their order; all with the same
-        annotators, each with the volumes of which it has a document.
+        annotators, each with the volumes of which it has a document. Where nothing can be compared, the first
+        passes of the methods that there are, with no volumes.
     inputs : tuple of Input
         The documents that were read.
     left_out : tuple of LeftOut
-        The files that could not be compared, and why.
+        The files, or all files of a person, that could not be compared, and why.
     """
 
     title: str
     folder: Path
-    tool: ToolSpecification
+    tool: ToolSpecification | None
     passes: Mapping[Method, tuple[Compared, ...]]
     inputs: tuple[Input, ...]
     left_out: tuple[LeftOut, ...]

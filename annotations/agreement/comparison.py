@@ -14,7 +14,7 @@ from annotations.agreement.deviation import deviations
 from annotations.agreement.figures import figures
 from annotations.agreement.intervals import RESAMPLES
 from annotations.agreement.intra import intra_results
-from annotations.agreement.measured import measured_targets, target_metrics
+from annotations.agreement.measured import Metric, measured_targets, target_metrics
 from annotations.agreement.method_comparison import method_comparison
 from annotations.agreement.pairs import pair_results
 from annotations.agreement.reliability import reliability_of
@@ -24,6 +24,7 @@ from annotations.agreement.turned_boxes import turned_boxes
 from annotations.agreement.worst_volumes import volume_results
 from annotations.documents.record import Method, now
 from annotations.errors import Cancelled, UserError
+from annotations.geometry.tool import ToolSpecification
 
 Array = NDArray[np.float64]
 
@@ -97,20 +98,26 @@ def compare(
             where=material.folder,
             remedy="Compare a folder with the files of fewer of them",
         )
-    comparison = _Comparison(material, resamples, seed, progress, cancelled)
-    methods = {method: comparison.of_method(method) for method in material.passes}
-    metrics = target_metrics(material.tool)
+    tool = material.tool
+    metrics: Mapping[str, Metric] = {}
+    methods: dict[Method, MethodResult] = {}
+    tests: Mapping[str, PairedTest] = {}
+    if tool is not None:
+        metrics = target_metrics(tool)
+        comparison = _Comparison(material.passes, tool, resamples, seed, progress, cancelled)
+        methods = {method: comparison.of_method(method) for method in material.passes}
+        tests = comparison.of_methods()
     agreement = Agreement(
         made=now(),
         title=material.title,
-        tool=material.tool.name,
+        tool=tool.name if tool is not None else None,
         targets=tuple(metrics),
         components=tuple(
             component for name, metric in metrics.items() for component in component_names(name, metric)
         ),
         annotators=annotators,
         methods=methods,
-        method_comparison=comparison.of_methods(),
+        method_comparison=tests,
         left_out=material.left_out,
         inputs=material.inputs,
         resamples=resamples,
@@ -125,13 +132,15 @@ class _Comparison:
 
     def __init__(
         self,
-        material: Material,
+        passes: Mapping[Method, tuple[Compared, ...]],
+        tool: ToolSpecification,
         resamples: int,
         seed: int,
         progress: Callable[[float], None],
         cancelled: Callable[[], bool],
     ) -> None:
-        self._material = material
+        self._passes = passes
+        self._tool = tool
         self._resamples = resamples
         self._seed = seed
         self._progress = progress
@@ -141,22 +150,23 @@ class _Comparison:
 
     def of_method(self, method: Method) -> MethodResult:
         """Return everything about one method."""
-        tool, drawn = self._material.tool, {"resamples": self._resamples, "seed": self._seed}
-        all_first = self._material.passes[method][0]
-        passes = [each.only(each.is_blind) for each in self._material.passes[method]]
+        tool, drawn = self._tool, {"resamples": self._resamples, "seed": self._seed}
+        all_first = self._passes[method][0]
+        passes = [each.only(each.is_blind) for each in self._passes[method]]
         first = passes[0]
         self._step()
         main = figures(first, tool, **drawn)
         self._step()
         without_doubtful = figures(first.without_doubtful(), tool, **drawn)
         self._step()
-        is_all_blind = bool(all_first.is_blind[all_first.has_document].all())
-        with_not_blind = None if is_all_blind else figures(all_first, tool, **drawn)
+        seen = all_first.has_document & ~all_first.is_blind
+        with_not_blind = figures(all_first, tool, **drawn) if seen.any() else None
+        not_blind = dict(zip(all_first.annotators, seen.sum(axis=0).tolist(), strict=True))
         self._step()
         measured = measured_targets(first, tool)
         components = component_values(measured.values())
         in_one_frame = component_values(measured.values(), frame="common")
-        annotators = annotator_results(first, measured, components, **drawn)
+        annotators = annotator_results(first, measured, components, not_blind, **drawn)
         self._step()
         published = {name: deviations(target).published for name, target in measured.items()}
         self._published[method] = published
@@ -171,7 +181,7 @@ class _Comparison:
             pairs=pair_results(first.annotators, components, in_one_frame),
             reliability=reliability_of(first.annotators, in_one_frame),
             intra=intra_results(passes, tool, **drawn),
-            volumes=volume_results(first, tool, published, turned),
+            volumes=volume_results(first, tool, published, turned, self._cancelled),
             turned_boxes=turned,
         )
 
@@ -179,9 +189,8 @@ class _Comparison:
         """Return how the methods that were gone through compare; nothing where there are not two."""
         if len(self._published) < 2:
             return {}
-        passes = self._material.passes
         return method_comparison(
-            (passes["keypoints"][0].volumes, passes["boxes"][0].volumes),
+            (self._passes["keypoints"][0].volumes, self._passes["boxes"][0].volumes),
             (self._published["keypoints"], self._published["boxes"]),
             resamples=self._resamples,
             seed=self._seed,
@@ -190,7 +199,7 @@ class _Comparison:
     def _step(self) -> None:
         if self._cancelled():
             raise Cancelled
-        self._progress(self._steps_done / (_STEPS_OF_A_METHOD * len(self._material.passes)))
+        self._progress(self._steps_done / (_STEPS_OF_A_METHOD * len(self._passes)))
         self._steps_done += 1
 
 

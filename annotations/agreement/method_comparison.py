@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from annotations.agreement.intervals import RESAMPLES, estimate
+from annotations.agreement.outlying import ROUNDING
 from annotations.agreement.results import PairedTest
 
 TEST = "Wilcoxon signed-rank test, two-sided; volumes without a difference are left out"
@@ -51,7 +52,8 @@ def paired_test(differences: NDArray[np.float64], *, resamples: int = RESAMPLES,
     Parameters
     ----------
     differences : (n,) array of float64
-        Keypoints minus boxes; NaN where a volume has no figure by either, which is not counted.
+        Keypoints minus boxes, in µm or degrees; NaN where a volume has no figure by either, which is not
+        counted. What is left of rounding (`annotations.agreement.outlying.ROUNDING`) is no difference.
 
     Returns
     -------
@@ -61,7 +63,7 @@ def paired_test(differences: NDArray[np.float64], *, resamples: int = RESAMPLES,
     from scipy.stats import rankdata, wilcoxon
 
     difference = estimate(differences, resamples=resamples, seed=seed)
-    known = differences[np.isfinite(differences) & (differences != 0)]
+    known = differences[np.abs(differences) > ROUNDING]
     if not known.size:
         return PairedTest(difference=difference, test=TEST)
     ranks = rankdata(np.abs(known))

@@ -5,7 +5,9 @@ from numpy.typing import NDArray
 
 _SIGMAS = 5.0
 _SIGMAS_PER_DEVIATION = 1.4826
-_ROUNDING = 1e-6
+
+ROUNDING = 1e-6
+"""In µm or degrees: two values that are no further apart differ by what rounding left, not by a person."""
 
 
 def outlying_limit(distances: NDArray[np.float64]) -> float:
@@ -25,4 +27,4 @@ def outlying_limit(distances: NDArray[np.float64]) -> float:
         return np.inf
     middle = float(np.median(known))
     sigma = _SIGMAS_PER_DEVIATION * float(np.median(np.abs(known - middle)))
-    return middle + max(_SIGMAS * sigma, _ROUNDING)
+    return middle + max(_SIGMAS * sigma, ROUNDING)

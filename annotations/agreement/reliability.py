@@ -29,7 +29,8 @@ def reliability_of(
         compared = np.flatnonzero(~np.isnan(values).all(axis=0))
         table = values[:, compared]
         complete = ~np.isnan(table).any(axis=1) & (compared.size > 0)
-        results[name] = intraclass_correlation(table[complete], [annotators[who] for who in compared.tolist()])
+        names = [annotators[who] for who in compared.tolist()]
+        results[name] = intraclass_correlation(table[complete], names)
     return results
 
 

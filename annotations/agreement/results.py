@@ -111,7 +111,9 @@ class AnnotatorResult(Record):
     Attributes
     ----------
     documents, done : int
-        First passes by this method, and those of them that are marked as done.
+        First passes by this method that the figures are of, and those of them that are marked as done.
+    not_blind : int
+        First passes besides, whose author had seen the others' before.
     deviation : mapping of str to Estimate
         By target: distance from the mean of the others, over volumes.
     bias : mapping of str to Estimate
@@ -125,6 +127,7 @@ class AnnotatorResult(Record):
     annotator: str
     documents: int
     done: int
+    not_blind: int = 0
     deviation: Mapping[str, Estimate] = {}
     bias: Mapping[str, Estimate] = {}
     outliers: tuple[Outlier, ...] = ()
@@ -208,7 +211,7 @@ class VolumeResult(Record):
     Attributes
     ----------
     annotators : tuple of str
-        Who annotated it.
+        Those of whom some point counts.
     targets : mapping of str to float
         The published statistic of this volume alone.
     rank : float
@@ -314,7 +317,7 @@ class PairedTest(Record):
 
 
 class LeftOut(Record):
-    """A file that was not compared, and why."""
+    """A file that was not compared, and why; of one who placed nothing, the folder of all their files."""
 
     path: str
     reason: str
@@ -339,7 +342,8 @@ class Agreement(Record):
     ----------
     program : str
         Version that computed it.
-    tool : str
+    tool : str or None
+        None where no annotation can be compared, and nothing else says it.
     targets, components : tuple of str
         Names, in the order in which they are shown.
     methods : mapping of str to MethodResult
@@ -354,7 +358,7 @@ class Agreement(Record):
     program: str = __version__
     made: Moment
     title: str
-    tool: str
+    tool: str | None
     targets: tuple[str, ...]
     components: tuple[str, ...]
     annotators: tuple[str, ...]

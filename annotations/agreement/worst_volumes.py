@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from annotations.agreement.compared import Compared
 from annotations.agreement.deviation import distances_from_others
 from annotations.agreement.measured import Measured
-from annotations.agreement.outlying import outlying_limit
+from annotations.agreement.outlying import ROUNDING, outlying_limit
 from annotations.agreement.reasons import Reasons, of_turned_box
 from annotations.agreement.results import TurnedBox, VolumeResult
 from annotations.errors import Cancelled
@@ -45,7 +45,8 @@ def volume_results(
     """
     ranks = _ranks(published, len(compared.volumes))
     is_placed = np.isfinite(compared.positions_um[..., 0])
-    is_shared = is_placed.any(axis=2).sum(axis=1) > 1
+    is_there: NDArray[np.bool_] = np.any(is_placed, axis=2)
+    is_shared = is_there.sum(axis=1) > 1
     apart_um = np.stack(
         [
             distances_from_others(Measured(name, "distance", compared.positions_um[:, :, point]))
@@ -54,7 +55,7 @@ def volume_results(
         axis=2,
     )
     limit_um = outlying_limit(apart_um)
-    is_unusual = np.nan_to_num(apart_um).max(axis=(1, 2)) > limit_um
+    is_unusual: NDArray[np.bool_] = np.any(np.nan_to_num(apart_um) > limit_um, axis=(1, 2))
     order = [int(row) for row in np.argsort(-ranks, kind="stable") if is_shared[row]]
     explained = [row for row in order if is_unusual[row]][:_MOST_EXPLAINED]
     reasons: dict[int, list[str]] = defaultdict(list)
@@ -62,12 +63,13 @@ def volume_results(
     for row in explained:
         if cancelled():
             raise Cancelled
-        who = np.flatnonzero(is_placed[row].any(axis=1))
+        who = np.flatnonzero(is_there[row])
         names = [compared.annotators[each] for each in who]
         reasons[row] += explain.of_positions(names, compared.positions_um[row, who])
     row_of = {volume: row for row, volume in enumerate(compared.volumes)}
     who_of = [
-        tuple(compared.annotators[each] for each in np.flatnonzero(row)) for row in compared.has_document
+        tuple(compared.annotators[each] for each in np.flatnonzero(is_there[row]))
+        for row in range(len(compared.volumes))
     ]
     for box in turned:
         row = row_of[box.volume]
@@ -91,8 +93,9 @@ def _ranks(published: Mapping[str, Array], volumes: int) -> Array:
     ranks = np.zeros(volumes)
     for values in published.values():
         known = values[np.isfinite(values)]
+        if not known.size or known.max() <= ROUNDING:
+            continue
+        usual = float(np.median(known))
         # Where more than half agree exactly, the median is no measure of what is usual.
-        usual = float(np.median(known)) or float(known.mean()) if known.size else 0.0
-        if usual > 0:
-            ranks = np.maximum(ranks, np.nan_to_num(values) / usual)
+        ranks = np.maximum(ranks, np.nan_to_num(values) / (usual if usual > ROUNDING else known.mean()))
     return ranks

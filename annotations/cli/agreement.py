@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 
 from annotations.agreement.comparison import agreement_of
 from annotations.agreement.report.contents import Table
@@ -41,15 +42,19 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         write_text(_shown(agreement))
     if not is_anything_compared(agreement):
-        complain(
-            UserError(
-                "nothing could be compared: no volume has annotations of two annotators by the same method",
-                where=arguments.study,
-                remedy="Let a second person annotate, or see what was left out, and why",
-            )
-        )
+        complain(_nothing_compared(agreement, arguments.study))
         return 1
     return 0
+
+
+def _nothing_compared(agreement: Agreement, study: Path) -> UserError:
+    left_out = "".join(f"; left out: {each.path}, {each.reason}" for each in agreement.left_out[:1])
+    return UserError(
+        "nothing could be compared: no volume has annotations of two annotators by the same method"
+        + left_out,
+        where=study,
+        remedy="Let a second person annotate, or see what was left out, and why",
+    )
 
 
 def _shown(agreement: Agreement) -> str:

@@ -8,13 +8,7 @@ from annotations.agreement.results import Agreement
 def definitions(agreement: Agreement) -> Section:
     """Return the definitions of everything that the report shows."""
     items: list[Item] = [
-        Paragraph(
-            f"The targets are {listed(list(map(with_unit, agreement.targets)))}. They are computed from the "
-            f"keypoints in micrometres, as the specification of the tool {agreement.tool} says. Bounding "
-            "boxes give keypoints at the centres of their two end faces."
-            if agreement.targets
-            else f"The tool {agreement.tool} has no pose targets; deviations are given per keypoint."
-        ),
+        Paragraph(_targets_in_words(agreement)),
         Formula(
             "position: the mean of the keypoints that the tool names for it (µm); orientation: the "
             "direction d / ‖d‖ from one keypoint to another, as a unit vector; joint angle θ(a, b) = "
@@ -88,3 +82,15 @@ def definitions(agreement: Agreement) -> Section:
         ),
     ]
     return Section("definitions", "Definitions and formulas", tuple(items))
+
+
+def _targets_in_words(agreement: Agreement) -> str:
+    if agreement.tool is None:
+        return "No annotation could be compared, so neither the tool nor its targets are known."
+    if not agreement.targets:
+        return f"The tool {agreement.tool} has no pose targets; deviations are given per keypoint."
+    return (
+        f"The targets are {listed(list(map(with_unit, agreement.targets)))}. They are computed from the "
+        f"keypoints in micrometres, as the specification of the tool {agreement.tool} says. Bounding boxes "
+        "give keypoints at the centres of their two end faces."
+    )

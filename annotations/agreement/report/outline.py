@@ -45,7 +45,7 @@ def outline(agreement: Agreement, thumbnails: Mapping[Method, Sequence[Photo]]) 
         title=f"Agreement of annotators: {agreement.title}",
         subtitle=in_words(agreement),
         facts=(
-            ("Tool", agreement.tool),
+            ("Tool", agreement.tool or "unknown"),
             ("Annotators", listed(list(agreement.annotators)) or "none"),
             ("Made", f"{moment(agreement.made)} with OCT Annotator {agreement.program}"),
             (
@@ -106,7 +106,7 @@ def _deviation(agreement: Agreement) -> Section:
                 "alike."
             )
         )
-    else:
+    elif agreement.tool is not None:
         items.append(
             Paragraph("The tool has no pose targets: the deviations are given for each keypoint below.")
         )

@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 
 from annotations.agreement.collecting import collect
 from annotations.agreement.comparison import agreement_of
+from annotations.agreement.results import Statistics
 from annotations.agreement.standing import STANDINGS
 from annotations.documents.provenance import Viewing
 from annotations.documents.representations import keypoint_positions_um
@@ -235,13 +237,36 @@ def test_names_that_are_no_unicode_do_not_stop_a_comparison(tmp_path: Path) -> N
     assert "a?.json" in agreement.model_dump_json()
 
 
-@pytest.mark.parametrize("files", [[], ["other.json"], ["v1.keypoints.json"]], ids=str)
-def test_a_folder_with_nothing_to_compare_is_an_error(tmp_path: Path, files: list[str]) -> None:
+@pytest.mark.parametrize("files", [[], ["other.json"]], ids=str)
+def test_a_folder_without_an_annotation_is_an_error(tmp_path: Path, files: list[str]) -> None:
     for name in files:
         write(tmp_path / name, b"{}")
 
-    with pytest.raises(UserError, match=r"annotation file"):
+    with pytest.raises(UserError, match=r"no annotation file"):
         collect(tmp_path)
+
+
+def test_a_folder_of_damaged_annotations_is_empty_and_says_why(tmp_path: Path) -> None:
+    write(tmp_path / "v1.keypoints.json", b"{}")
+
+    agreement = agreement_of(tmp_path, resamples=10)
+
+    assert (agreement.tool, agreement.methods, agreement.targets) == (None, {}, ())
+    assert [each.path for each in agreement.left_out] == ["v1.keypoints.json"]
+
+
+def test_where_no_point_counts_the_figures_are_absent_by_name(tmp_path: Path) -> None:
+    for annotator in ("anna", "ben"):
+        derived = document(annotator, method="boxes")
+        for index in range(3):
+            derived = with_part(derived, index, source="derived")
+        write(tmp_path / f"{annotator}.json", derived)
+
+    agreement = agreement_of(tmp_path, resamples=10)
+
+    assert list(agreement.methods) == ["boxes"]
+    assert agreement.methods["boxes"].targets["theta2_deg"] == Statistics()
+    assert (agreement.annotators, len(agreement.left_out)) == ((), 2)
 
 
 def test_what_is_no_folder_and_a_study_that_is_wrong_are_errors(tmp_path: Path) -> None:
@@ -260,8 +285,10 @@ def test_collecting_says_how_far_it_is_and_can_be_cancelled(study: WrittenStudy)
 
     assert shares == sorted(shares)
     assert (shares[0], shares[-1]) == (0.0, 1.0)
-    with pytest.raises(Cancelled):
-        study.collect(cancelled=lambda: True)
+    for steps in range(5):
+        answers = iter([*[False] * steps, True])
+        with pytest.raises(Cancelled):
+            study.collect(cancelled=lambda answers=answers: next(answers))
 
 
 def test_the_truth_of_the_demo_study_is_no_annotator(tmp_path: Path) -> None:
@@ -269,6 +296,8 @@ def test_the_truth_of_the_demo_study_is_no_annotator(tmp_path: Path) -> None:
 
     material = collect(folder)
 
-    assert material.passes == {}
-    assert material.left_out
-    assert all("synthesized" in each.reason for each in material.left_out)
+    (first,) = material.passes["keypoints"]
+    assert (first.annotators, first.volumes) == ((), ())
+    (line,) = material.left_out
+    assert line.path == "annotations/truth"
+    assert re.fullmatch(r"'truth': \d+ files, no point placed by a person \(synthesized\)", line.reason)

@@ -57,6 +57,14 @@ def test_the_main_figures_are_of_what_was_made_blindly(
     assert one_seen.counts.not_blind == 1
     assert one_seen.counts.keypoints_counted == 29 * 6
     assert one_seen.targets["position_um"].published.n == 10
+    who = {each.volume: each.annotators for each in one_seen.volumes}
+    assert (len(who["v3"]), len(who["v4"])) == (2, 3)
+    assert [(each.documents, each.done, each.not_blind) for each in one_seen.annotators] == [
+        (10, 10, 0),
+        (10, 10, 0),
+        (9, 9, 1),
+    ]
+    assert [each.active_seconds.n for each in one_seen.annotators] == [10, 10, 9]
 
 
 def test_every_figure_is_given_without_points_of_doubt_too(

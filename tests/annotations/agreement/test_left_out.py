@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from annotations.agreement.collecting import collect
 from annotations.documents.files import annotation_bytes
 from annotations.documents.provenance import Contribution
 from annotations.geometry.tool_library import find_tool
@@ -127,7 +128,24 @@ def test_one_of_whom_no_point_counts_is_no_annotator(study: WrittenStudy) -> Non
     study.add(document("anna"), exact)
 
     assert study.collect().passes["keypoints"][0].annotators == ("anna",)
-    assert study.reasons() == {"truth/v1.keypoints.json": "'truth' placed no point anywhere (synthesized)"}
+    assert study.reasons() == {
+        "truth/v1.keypoints.json": "'truth': 1 file, no point placed by a person (synthesized)"
+    }
+
+
+def test_many_files_of_one_of_whom_no_point_counts_are_one_line(tmp_path: Path) -> None:
+    write(tmp_path / "ben.json", document("ben"))
+    for name in ("a", "b"):
+        for volume in ("v1", "v2"):
+            net = document(f"net {name}", volume)
+            for index in range(6):
+                net = with_part(net, index, source=None, state="unplaced", position_um=None)
+            write(tmp_path / (f"nets/{name}" if name == "a" else volume) / f"{name}{volume}.json", net)
+
+    assert {each.path: each.reason for each in collect(tmp_path).left_out} == {
+        "nets/a": "'net a': 2 files, no point placed by a person (no position)",
+        ".": "'net b': 2 files, no point placed by a person (no position)",
+    }
 
 
 def test_a_consensus_is_known_by_what_it_comes_from(study: WrittenStudy) -> None:

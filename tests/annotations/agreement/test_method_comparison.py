@@ -59,3 +59,9 @@ def test_volumes_without_a_figure_by_either_method_do_not_count() -> None:
         ({"position_um": np.array([10.0, np.nan])}, {"position_um": np.array([9.0, 9.0])}),
     )
     assert found["position_um"].difference.n == 1
+
+
+def test_what_rounding_left_is_no_difference() -> None:
+    found = paired_test(np.array([1e-14, 3e-14, 2e-14, 1e-14, 5e-14, 2e-14]))
+    assert (found.p_value, found.effect) == (None, None)
+    assert found.difference.n == 6

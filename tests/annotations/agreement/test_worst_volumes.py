@@ -76,6 +76,22 @@ def test_annotators_who_agree_exactly_have_no_rank_and_no_reason(
     ]
 
 
+def test_what_rounding_left_makes_no_volume_worse_than_another(
+    compared_of: MakeCompared, forceps: ToolSpecification
+) -> None:
+    published = {
+        "position_um": np.array([10.0, 20.0, 40.0]),
+        "theta1_deg": np.array([9e-14, 0.0, 1e-14]),
+        "theta2_deg": np.array([1e-14, 1e-14, 1.0]),
+    }
+    found = volume_results(compared_of(clicks_um(3, 2)), forceps, published)
+    assert [(each.volume, each.rank) for each in found] == [
+        ("v2", pytest.approx(3.0)),
+        ("v1", pytest.approx(1.0)),
+        ("v0", pytest.approx(0.5)),
+    ]
+
+
 def test_one_who_differs_from_exact_agreement_is_found(
     compared_of: MakeCompared, forceps: ToolSpecification
 ) -> None:

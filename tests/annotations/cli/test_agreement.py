@@ -38,7 +38,7 @@ def test_the_published_table_is_printed(annotated: Path, capsys: pytest.CaptureF
     words = captured.out.split()
     assert words[words.index("Position") :][:3] == ["Position", "(µm)", "15.0"]
     assert "2 annotators; by keypoints 4 annotations of 2 volumes" in captured.out
-    assert "annotations/truth/v001.keypoints.json" in captured.out
+    assert "'truth': 2 files, no point placed by a person (synthesized)" in captured.out
 
 
 def test_all_files_have_the_same_numbers(
@@ -112,6 +112,38 @@ def test_a_study_without_annotations_is_no_error_of_the_program(
 
     assert "nothing could be compared" in capsys.readouterr().err
     assert "Nothing could be compared" in (tmp_path / "r.html").read_text("utf-8")
+
+
+def test_a_folder_of_predictions_gives_figures_that_are_absent(
+    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    numbers, tables = tmp_path / "r.json", tmp_path / "csv"
+    files = ["--json", str(numbers), "--csv", str(tables), "--html", str(tmp_path / "r.html")]
+
+    assert main(["agreement", str(study / "annotations"), *files]) == 1
+
+    assert "no point placed by a person" in capsys.readouterr().err
+    targets = json.loads(numbers.read_text("utf-8"))["methods"]["keypoints"]["targets"]
+    absent = {"mean": None, "sd": None, "ci95": None, "n": 0}
+    assert targets["position_um"] == {"published": absent, "leave_one_out": absent, "pairwise": absent}
+    assert "keypoints,position_um,um,published,main,,,,,0" in (tables / "targets.csv").read_text("utf-8")
+
+
+def test_a_folder_of_damaged_annotations_is_said_and_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in/v1.keypoints.json").write_text("{")
+    numbers = tmp_path / "r.json"
+    files = ["--json", str(numbers), "--html", str(tmp_path / "r.html"), "--pdf", str(tmp_path / "r.pdf")]
+
+    assert main(["agreement", str(tmp_path / "in"), *files]) == 1
+    assert main(["agreement", str(tmp_path / "in")]) == 1
+
+    captured = capsys.readouterr()
+    assert "v1.keypoints.json" in captured.err
+    assert "Nothing could be compared" in captured.out
+    assert json.loads(numbers.read_text("utf-8"))["methods"] == {}
 
 
 def test_an_interrupted_export_leaves_the_old_files(
