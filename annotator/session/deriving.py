@@ -1,18 +1,22 @@
-"""Writes the document of the other method beside the one that it follows from."""
+"""The session's deriving: the document of the other method, beside the one that it follows from."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.annotation import Annotation
 from annotations.documents.conversion import keypoints_without_box, sibling_path, to_boxes, to_keypoints
 from annotations.documents.files import DocumentError, save_annotation
 from annotations.documents.record import Method
+from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown, boxes_from_keypoints
 from annotations.geometry.boxes import hinge_axes
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.targets import pose_targets
 from annotations.geometry.tool import ToolSpecification
+from annotator.session.state import SessionState
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,72 @@ class RollMeaning:
     roll_deg: float
     hinge_axis: Vector
     angles_deg: Mapping[str, float]
+
+
+class Deriving(QObject):
+    """Makes a new, marked document of the other method from the open one, and has it opened; that one stays.
+
+    Parameters
+    ----------
+    begin : callable
+        Saves what is open; False where that failed, or nothing can be changed.
+    follow : callable
+        Opens the open volume's document of a method.
+
+    Signals
+    -------
+    roll_requested : RollUnknown
+        The keypoints do not show the roll of the boxes to be derived: answer with `derive`.
+    """
+
+    roll_requested = Signal(object)
+
+    def __init__(
+        self,
+        session: SessionState,
+        begin: Callable[[], bool],
+        follow: Callable[[Method], None],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._begin = begin
+        self._follow = follow
+        self._path: Path | None = None
+        self._words = ""
+        session.worklist_changed.connect(self._on_session_worklist_changed)
+
+    def derive(self, roll_deg: float | None = None) -> None:
+        """Derive from the open document; ``roll_requested`` may come instead, to be answered with a roll."""
+        session = self._session
+        if not self._begin():
+            return
+        document, tool, original = session.document, session.tool, session.annotation_path
+        if document is None or tool is None or original is None:
+            return
+        method: Method = "boxes" if document.method == "keypoints" else "keypoints"
+        if method not in session.methods:
+            session.post_message(f"This study is annotated by {document.method} alone")
+            return
+        try:
+            derived = write_derived(document, tool, original, method, roll_deg)
+        except RollUnknown as error:
+            self.roll_requested.emit(error)
+        except UserError as error:
+            session.report(error)
+        else:
+            left_out = f"; without {', '.join(derived.left_out)}" if derived.left_out else ""
+            words = f"{derived.path.name} follows from {original.name}, which stays"
+            if session.is_blind:
+                words = f"The {method} follow from the {document.method}, which stay"
+            # To be said once it is open: until then a message is about the other document.
+            self._path, self._words = derived.path, f"{words}{left_out}"
+            self._follow(method)
+
+    def _on_session_worklist_changed(self) -> None:
+        if self._path is not None and self._session.annotation_path == self._path:
+            self._path = None
+            self._session.post_message(self._words)
 
 
 def roll_meanings(

@@ -22,17 +22,21 @@ DETAIL_DEPTH_UM = 5000.0
 
 
 class LevelLoader(QObject):
-    """Loads levels in the background; results for a volume that was closed meanwhile are dropped.
+    """Loads levels in the background, and keeps those of the open volume.
+
+    Attributes
+    ----------
+    averaged, detail : Level or None
+        None as long as they are not loaded, or not asked for.
 
     Signals
     -------
-    averaged_loaded : Level
-    detail_loaded : Level
+    loaded
+        ``averaged`` or ``detail`` is there, or another one.
     averaged_failed, detail_failed : Exception
     """
 
-    averaged_loaded = Signal(object)
-    detail_loaded = Signal(object)
+    loaded = Signal()
     averaged_failed = Signal(object)
     detail_failed = Signal(object)
 
@@ -40,6 +44,8 @@ class LevelLoader(QObject):
         super().__init__(parent)
         self._jobs = jobs
         self._cache = cache
+        self.averaged: Level | None = None
+        self.detail: Level | None = None
         self._averaged_job: Job | None = None
         self._detail_job: Job | None = None
 
@@ -60,26 +66,41 @@ class LevelLoader(QObject):
             return level
 
         self._averaged_job = self._jobs.start(
-            "Averaging the volume", work, done=self.averaged_loaded.emit, failed=self.averaged_failed.emit
+            "Averaging the volume", work, done=self._on_job_averaged, failed=self.averaged_failed.emit
         )
 
     def load_detail(self, volume: Volume, spacing_um: Vector, centre_um: Vector) -> None:
         """Load the full resolution around a position; an earlier request that has not ended is dropped."""
-        if self._detail_job is not None:
-            self._jobs.cancel(self._detail_job)
+        self._stop(self._detail_job)
         size_um = [DETAIL_WIDTH_UM] * 3
         size_um[volume.depth_axis] = DETAIL_DEPTH_UM
         self._detail_job = self._jobs.start(
             "Reading the detail",
             lambda _progress, _cancelled: detail_block(volume, spacing_um, centre_um, vector(size_um)),
-            done=self.detail_loaded.emit,
+            done=self._on_job_detail_read,
             failed=self.detail_failed.emit,
             shown=False,
         )
 
-    def cancel(self) -> None:
-        """Load nothing more of this volume."""
-        for job in (self._averaged_job, self._detail_job):
-            if job is not None:
-                self._jobs.cancel(job)
-        self._averaged_job = self._detail_job = None
+    def forget_detail(self) -> None:
+        """Give the full resolution up, also where it is on its way."""
+        self._stop(self._detail_job)
+        self._detail_job = self.detail = None
+
+    def forget(self) -> None:
+        """Give up what there is of this volume, and load nothing more of it."""
+        self.forget_detail()
+        self._stop(self._averaged_job)
+        self._averaged_job = self.averaged = None
+
+    def _stop(self, job: Job | None) -> None:
+        if job is not None:
+            self._jobs.cancel(job)
+
+    def _on_job_averaged(self, level: Level) -> None:
+        self.averaged = level
+        self.loaded.emit()
+
+    def _on_job_detail_read(self, level: Level) -> None:
+        self.detail = level
+        self.loaded.emit()

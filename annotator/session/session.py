@@ -13,10 +13,9 @@ from annotations.documents.recovery import Recovery
 from annotations.documents.study import CONSENSUS
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
-from annotations.geometry.box_conversion import RollUnknown
 from annotator.session.agreeing import Agreeing
 from annotator.session.calibrating import Calibrating
-from annotator.session.deriving import write_derived
+from annotator.session.deriving import Deriving
 from annotator.session.document_file import DocumentFile
 from annotator.session.exporting import Exporting
 from annotator.session.first_view import first_view, nothing_open
@@ -40,7 +39,6 @@ class Session(SessionRecovering):
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
         super().__init__(options, parent)
         self._looking: Job | None = None
-        self._derived_words = ""
         self._told_stranger: tuple[Path, str] | None = None
         self._opener = VolumeOpener(
             self.jobs,
@@ -54,16 +52,12 @@ class Session(SessionRecovering):
         self._opener.spacing_requested.connect(self.spacing_requested)
         self._opener.dataset_requested.connect(self.dataset_requested)
         self.agreeing = Agreeing(self, options.user_tool_folder, self)
-        self.studies = Studies(
-            self.jobs,
-            lambda: self._worklist,
-            self.reread_worklist,
-            self._raise_error,
-            options.user_tool_folder,
-            self,
-        )
+        self.studies = Studies(self, self.reread_worklist, self._raise_error, options.user_tool_folder, self)
         self.calibrating = Calibrating(
             self, lambda: not self.agreeing.refusal, options.user_tool_folder, self._raise_error, self
+        )
+        self.deriving = Deriving(
+            self, lambda: not self._is_refused() and self._is_saved(), self.set_method, self
         )
         self.others = Others(self, self.seeing, self.agreeing, self)
         self.settling = Settling(self, self.others, self._edit, self.open_list, self._raise_error, self)
@@ -120,11 +114,7 @@ class Session(SessionRecovering):
     def next_to_do(self) -> int | None:
         """Return the place of the next item that is not done, counted from the open one; None if all are."""
         _, here = self._destination()
-        places = range(len(self.items))
-        after = (here + 1) if here is not None else 0
-        return next(
-            (at for at in (*places[after:], *places[:after]) if self.items[at].status != "done"), None
-        )
+        return self._worklist.next_to_do(here)
 
     def provide_dataset(self, path: Path, name: str) -> None:
         """Answer ``dataset_requested`` for a file; ignored if another is being opened by now."""
@@ -173,35 +163,6 @@ class Session(SessionRecovering):
             return
         self._look_at(lambda: worklist.with_method(method), self._on_worklist_of_method_read)
 
-    def derive(self, roll_deg: float | None = None) -> None:
-        """Make a new, marked document of the other method from the open one, and open it; this one stays.
-
-        ``roll_requested`` comes where the keypoints do not show the roll of the boxes: answer with the roll.
-        """
-        if self._is_refused() or not self._is_saved():
-            return
-        document, tool, original = self._document, self.tool, self.annotation_path
-        if document is None or tool is None or original is None:
-            return
-        method: Method = "boxes" if document.method == "keypoints" else "keypoints"
-        if method not in self._worklist.methods:
-            self.post_message(f"This study is annotated by {document.method} alone")
-            return
-        try:
-            derived = write_derived(document, tool, original, method, roll_deg)
-        except RollUnknown as error:
-            self.roll_requested.emit(error)
-        except UserError as error:
-            self.report(error)
-        else:
-            left_out = f"; without {', '.join(derived.left_out)}" if derived.left_out else ""
-            words = f"{derived.path.name} follows from {original.name}, which stays"
-            if self.is_blind:
-                words = f"The {method} follow from the {document.method}, which stay"
-            # To be said once it is open: until then a message is about the other document.
-            self._derived_words = f"{words}{left_out}"
-            self.set_method(method)
-
     def set_annotator_name(self, name: str) -> None:
         """Annotate as another person: what is open is saved, and the list is read anew for that person."""
         if name == self._options.annotator_name:
@@ -222,7 +183,7 @@ class Session(SessionRecovering):
     def abandon(self) -> None:
         """Close what is open without saving; unsaved edits stay in the journal for the next start."""
         self._opener.cancel()
-        self._levels.cancel()
+        self._levels.forget()
         self._refiner.cancel()
         self._stop_refining()
         if self._opened is not None:
@@ -319,7 +280,6 @@ class Session(SessionRecovering):
     def _install(self, opened: Opened | None) -> None:
         """Make another volume, or none, the open one; every property has changed when the signals come."""
         before_view, before_document = self._view, self._document
-        self._averaged = self._detail = None
         self._autosave_failed = False
         self._opened = opened
         self._file = None
@@ -381,7 +341,7 @@ class Session(SessionRecovering):
         request = opened.found.request
         if not request.rereads and not self._may_give_way_to(opened):
             return
-        self._levels.cancel()
+        self._levels.forget()
         self._refiner.cancel()
         self._stop_refining()
         self._close_file(nothing_left=True)
@@ -398,9 +358,6 @@ class Session(SessionRecovering):
         self._levels.load_averaged(opened.found.volume, opened.spacing_um)
         self._tell_stranger()
         self._tell_of_lock()
-        if self._derived_words:
-            self.post_message(self._derived_words)
-            self._derived_words = ""
         if request.looks_anyway:
             self.seeing.look_anyway()
         for warning in opened.warnings:
@@ -430,7 +387,6 @@ class Session(SessionRecovering):
         return file_identity(item.annotation_path) == opened.found.identity
 
     def _on_opener_failed(self, request: OpeningRequest, error: Exception) -> None:
-        self._derived_words = ""
         if isinstance(error, KeptFromView):
             self.post_message(error.problem)
             return

@@ -65,8 +65,6 @@ class SessionState(QObject):
         See `VolumeOpener`; answer with `provide_spacing`, `provide_dataset` or `decline_opening`.
     recovery_requested : tuple of Recovery
         Left by a program that died: answer each with `recover` or `discard_recovery`.
-    roll_requested : RollUnknown
-        The keypoints do not show the roll of the boxes to be derived: answer with `Session.derive`.
     look_requested : Path, str
         The path asked for is another person's annotation, and this is why it is not for the annotator's eyes
         yet: answer with ``open_path(path, looks_anyway=True)`` or not at all.
@@ -87,7 +85,6 @@ class SessionState(QObject):
     spacing_requested = Signal(object, object)
     dataset_requested = Signal(object, object)
     recovery_requested = Signal(object)
-    roll_requested = Signal(object)
     look_requested = Signal(object, str)
     takeover_requested = Signal(object)
     overwrite_requested = Signal(str)
@@ -100,8 +97,6 @@ class SessionState(QObject):
         self._opened: Opened | None = None
         self._document: Annotation | None = None
         self._view = View()
-        self._averaged: Level | None = None
-        self._detail: Level | None = None
         self._shown: Remembered[Annotation | None] = Remembered()
         self._shown_positions_um: Remembered[Mapping[str, Vector]] = Remembered()
         self._words: Remembered[NeutralWords] = Remembered()
@@ -114,8 +109,7 @@ class SessionState(QObject):
         self._autosave.failed.connect(self.report)
         cache = LevelCache(options.level_cache_folder, options.cache_limit_bytes)
         self._levels = LevelLoader(self.jobs, cache, self)
-        self._levels.averaged_loaded.connect(self._on_levels_averaged_loaded)
-        self._levels.detail_loaded.connect(self._on_levels_detail_loaded)
+        self._levels.loaded.connect(self.levels_changed)
         self._levels.averaged_failed.connect(self._raise_error)
         self._levels.detail_failed.connect(self._on_levels_detail_failed)
 
@@ -182,12 +176,13 @@ class SessionState(QObject):
     @property
     def slice_level(self) -> Level | None:
         """The best level of the whole volume so far."""
-        return self._averaged or (self._opened.level if self._opened else None)
+        return self._levels.averaged or (self._opened.level if self._opened else None)
 
     @property
     def level(self) -> Level | None:
         """What the scene shows: the detail where it is wanted and there, else the whole volume."""
-        return self._detail if self._view.detail and self._detail is not None else self.slice_level
+        detail = self._levels.detail if self._view.detail else None
+        return detail or self.slice_level
 
     @property
     def method(self) -> Method:
@@ -301,7 +296,7 @@ class SessionState(QObject):
         self._note_activity()
         self.view_changed.emit(before, wanted)
         if before.detail != wanted.detail:
-            self._detail = None
+            self._levels.forget_detail()
             self.levels_changed.emit()
         if wanted.detail and (before.detail, before.active_part) != (True, wanted.active_part):
             self._load_detail()
@@ -330,8 +325,7 @@ class SessionState(QObject):
 
     def _without_edits(self, wanted: View) -> View:
         """Return a view without what is on its way to a document that cannot be changed."""
-        on_its_way = (wanted.preview, wanted.draft, wanted.first_end_um, wanted.refinement)
-        if on_its_way == (None,) * 4 or not self._is_refused():
+        if not wanted.is_anything_on_its_way or not self._is_refused():
             return wanted
         return replace(wanted, preview=None, draft=None, first_end_um=None, refinement=None)
 
@@ -393,15 +387,6 @@ class SessionState(QObject):
         else:
             # Not foreseen: the window's log takes it, with its traceback.
             raise error
-
-    def _on_levels_averaged_loaded(self, level: Level) -> None:
-        self._averaged = level
-        self.levels_changed.emit()
-
-    def _on_levels_detail_loaded(self, level: Level) -> None:
-        if self._view.detail:
-            self._detail = level
-            self.levels_changed.emit()
 
     def _on_levels_detail_failed(self, error: Exception) -> None:
         self.look(detail=False)

@@ -15,8 +15,8 @@ from annotations.documents.study_contents import Located
 from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tools
-from annotator.session.jobs import Job, Jobs, Result
-from annotator.session.worklist import Worklist
+from annotator.session.jobs import Job, Result
+from annotator.session.state import SessionState
 
 _SEEDS = 1_000_000
 
@@ -69,11 +69,8 @@ class Studies(QObject):
 
     Parameters
     ----------
-    jobs : Jobs
-    present : callable
-        Returns the list that is open.
     read_anew : callable
-        Reads that list again, with what is open staying open.
+        Reads the open list again, with what is open staying open.
     failed : callable
         Takes an error.
     user_tool_folder : Path
@@ -103,16 +100,14 @@ class Studies(QObject):
 
     def __init__(
         self,
-        jobs: Jobs,
-        present: Callable[[], Worklist],
+        session: SessionState,
         read_anew: Callable[[], None],
         failed: Callable[[Exception], None],
         user_tool_folder: Path,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._jobs = jobs
-        self._present = present
+        self._session = session
         self._read_anew = read_anew
         self._failed = failed
         self._user_tool_folder = user_tool_folder
@@ -121,18 +116,17 @@ class Studies(QObject):
     @property
     def study(self) -> Study | None:
         """The open study."""
-        return self._present().study
+        return self._session.worklist.study
 
     @property
     def folder(self) -> Path | None:
         """The open study's folder."""
-        present = self._present()
-        return present.folder if present.study is not None else None
+        return self._session.worklist.folder if self.study is not None else None
 
     @property
     def is_kept_from_names(self) -> bool:
         """Whether the person is not to know the volumes by name, as settings and checks would show them."""
-        return self._present().is_blind
+        return self._session.is_blind
 
     def propose(self, folder: Path) -> None:
         """Look for volumes to make a study of; ``proposed`` follows."""
@@ -147,7 +141,7 @@ class Studies(QObject):
             else:
                 self._failed(error)
 
-        self._jobs.start(
+        self._session.jobs.start(
             "Looking for volumes",
             lambda _progress, _cancelled: volumes_at(paths),
             done=self.volumes_found.emit,
@@ -178,9 +172,9 @@ class Studies(QObject):
         if study is None or folder is None:
             return
         if self._checking is not None:
-            self._jobs.cancel(self._checking)
+            self._session.jobs.cancel(self._checking)
         tool_folders = (folder / "tools", self._user_tool_folder)
-        self._checking = self._jobs.start(
+        self._checking = self._session.jobs.start(
             "Checking the study",
             lambda progress, cancelled: _checked(folder, tool_folders, progress, cancelled),
             done=lambda findings: self.checked.emit(StudyReport(study, folder, findings)),
@@ -201,7 +195,7 @@ class Studies(QObject):
         return StudyProposal(folder, paths, tools, seed)
 
     def _start(self, title: str, work: Callable[[], Result], done: Callable[[Result], None]) -> None:
-        self._jobs.start(title, lambda _progress, _cancelled: work(), done=done, failed=self._failed)
+        self._session.jobs.start(title, lambda _progress, _cancelled: work(), done=done, failed=self._failed)
 
     def _on_job_changed(self, _: None) -> None:
         self._read_anew()

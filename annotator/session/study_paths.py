@@ -16,7 +16,7 @@ from annotations.documents.study import (
     study_folder_of,
 )
 from annotations.errors import UserError
-from annotator.session.worklist import Worklist, read_worklist
+from annotator.session.worklist import Worklist, is_moved, read_worklist
 
 
 class LookNeeded(UserError):  # noqa: N818 - a question rather than an error
@@ -67,8 +67,8 @@ def neutral_label(annotation_path: Path, annotator: str) -> str:
     One whose folder is not there any more is named after the folder above: that may be of a blind study.
     """
     folder, name = study_folder_of(annotation_path), annotation_name(annotation_path)
-    if name is not None and not annotation_path.parent.is_dir():
-        return f"An annotation in {annotation_path.parent.parent.parent.name}, which is not there any more"
+    if is_moved(annotation_path):
+        return f"An annotation in {annotation_path.parents[2].name}, which is not there any more"
     if folder is None or name is None:
         return ""
     try:

@@ -123,6 +123,14 @@ class Worklist:
         """Return where the same pass over the same volume stands here; ValueError if it does not."""
         return [each.place for each in self.items].index(item.place)
 
+    def next_to_do(self, index: int | None) -> int | None:
+        """Return the place of the next item that is not done, counted from a place; None if all are done."""
+        places = range(len(self.items))
+        after = index + 1 if index is not None else 0
+        return next(
+            (at for at in (*places[after:], *places[:after]) if self.items[at].status != "done"), None
+        )
+
     def with_item(self, index: int, item: WorkItem) -> "Worklist":
         """Return the list with one item replaced."""
         return replace(self, items=(*self.items[:index], item, *self.items[index + 1 :]))
@@ -194,18 +202,23 @@ def worklist_with(document: Annotation, path: Path, present: Worklist) -> tuple[
         for index, item in enumerate(worklist.items if worklist else ()):
             if worklist is not None and item.annotation_path == path:
                 return worklist, index
-    if not path.parent.is_dir() and not referenced_path(document.volume, path).exists():
+    if is_moved(path):
         raise UserError(
             "it belongs to a study or folder that is not there any more",
-            where=path.parent,
+            where=path.parents[2],
             remedy="Open it where it is now, and recover the edits then (File ▸ Recover Unsaved Edits…)",
         )
     return _of_one(document, path, Path(document.volume.path).name), 0
 
 
+def is_moved(path: Path) -> bool:
+    """Say whether the study or folder, below which a file is kept as `annotation_path` says, is not there."""
+    return len(path.parents) > 2 and path.parents[1].name == "annotations" and not path.parents[2].is_dir()
+
+
 def moved_with(path: Path, present: Worklist) -> Path:
     """Return where an annotation's file is now: in the present study or folder, if that was moved with it."""
-    if not path.parent.is_dir():
+    if is_moved(path):
         for item in present.items:
             if item.annotation_path.parts[-3:] == path.parts[-3:]:
                 return item.annotation_path

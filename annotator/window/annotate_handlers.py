@@ -75,7 +75,7 @@ class AnnotateHandlers:
                 "keep_preview": self._keep,
                 "method_keypoints": self._annotating_by("keypoints"),
                 "method_boxes": self._annotating_by("boxes"),
-                "derive": session.derive,
+                "derive": session.deriving.derive,
                 "turn_over": session.turn_over,
                 "free_cross_section": lambda: self._with_active(self._toggle_cross_section),
                 "next_unplaced": session.activate_next_unplaced,

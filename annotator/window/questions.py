@@ -55,7 +55,7 @@ class Questions(QObject):
         session.spacing_requested.connect(self._on_session_spacing_requested)
         session.dataset_requested.connect(self._on_session_dataset_requested)
         session.recovery_requested.connect(self._on_session_recovery_requested)
-        session.roll_requested.connect(self._on_session_roll_requested)
+        session.deriving.roll_requested.connect(self._on_deriving_roll_requested)
         session.calibrating.measured.connect(self._on_calibrating_measured)
         session.look_requested.connect(self._on_session_look_requested)
         session.takeover_requested.connect(self._on_session_takeover_requested)
@@ -229,7 +229,7 @@ class Questions(QObject):
         dialog.discard_requested.connect(self._session.discard_recovery)
         self.show(dialog)
 
-    def _on_session_roll_requested(self, unknown: RollUnknown) -> None:
+    def _on_deriving_roll_requested(self, unknown: RollUnknown) -> None:
         from annotator.dialogs.roll_dialog import RollChoiceDialog, RollEntryDialog  # late: few ask for it
 
         document, tool = self._session.document, self._session.tool
@@ -244,7 +244,7 @@ class Questions(QObject):
 
         def on_dialog_accepted() -> None:
             if dialog.roll_deg is not None:
-                self._session.derive(dialog.roll_deg)
+                self._session.deriving.derive(dialog.roll_deg)
 
         dialog.accepted.connect(on_dialog_accepted)
         self.show(dialog)

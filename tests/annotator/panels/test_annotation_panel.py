@@ -149,7 +149,7 @@ def test_a_derived_document_says_from_what(
     place_bent(session)
     assert session.annotation_path is not None
     original = session.annotation_path
-    session.derive(12.0)
+    session.deriving.derive(12.0)
     wait_for(qtbot, session, "boxes")
     assert origin(panel).isVisible()
     assert origin(panel).text() == f"Derived from {original.name}, roll 12.0°"
@@ -165,7 +165,7 @@ def test_without_a_roll_that_a_person_said_none_is_told(
     boxes_session.activate("link0")
     boxes_session.place((100.0, 100.0, 100.0))
     boxes_session.place((9100.0, 100.0, 100.0))
-    boxes_session.derive()
+    boxes_session.deriving.derive()
     wait_for(qtbot, boxes_session, "keypoints")
     assert origin(panel).text().startswith("Derived from v001")
     assert "roll" not in origin(panel).text()

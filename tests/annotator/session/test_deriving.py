@@ -54,7 +54,7 @@ def test_boxes_follow_from_keypoints_and_are_opened(
     original = session.annotation_path
     assert original is not None
     assert session.unsaved
-    session.derive()
+    session.deriving.derive()
     assert messages == [], "it is said of the document that it is about, once that is open"
     wait_for_method(qtbot, session, "boxes")
     document = session.document
@@ -79,7 +79,7 @@ def test_keypoints_follow_from_boxes(qtbot: QtBot, boxes_session: Session) -> No
     session = boxes_session
     session.set_mode("pose")
     session.pose_tool(BENT)
-    session.derive()
+    session.deriving.derive()
     wait_for_method(qtbot, session, "keypoints")
     assert session.document is not None
     assert dict(session.document.positions_um) == {
@@ -96,7 +96,7 @@ def test_a_file_that_is_there_is_neither_overwritten_nor_opened(qtbot: QtBot, se
     there.parent.mkdir(parents=True, exist_ok=True)
     there.write_text("somebody's")
     with qtbot.waitSignal(session.error_raised) as raised:
-        session.derive()
+        session.deriving.derive()
     assert isinstance(raised.args[0], DocumentError)
     assert "annotation by boxes already" in str(raised.args[0])
     assert there.read_text() == "somebody's"
@@ -105,8 +105,8 @@ def test_a_file_that_is_there_is_neither_overwritten_nor_opened(qtbot: QtBot, se
 
 def test_the_sense_of_the_hinge_is_asked_for(qtbot: QtBot, session: Session) -> None:
     place(session, SENSELESS)
-    with qtbot.waitSignal(session.roll_requested) as asked:
-        session.derive()
+    with qtbot.waitSignal(session.deriving.roll_requested) as asked:
+        session.deriving.derive()
     unknown: RollUnknown = asked.args[0]
     assert unknown.link == "link0"
     assert len(unknown.candidates_deg) == 2
@@ -118,7 +118,7 @@ def test_the_sense_of_the_hinge_is_asked_for(qtbot: QtBot, session: Session) -> 
     np.testing.assert_allclose(one.hinge_axis, np.negative(other.hinge_axis), atol=1e-9)
     chosen = one if one.angles_deg["theta1"] > 0 else other
     assert chosen.roll_deg == pytest.approx(30.0)
-    session.derive(chosen.roll_deg)
+    session.deriving.derive(chosen.roll_deg)
     wait_for_method(qtbot, session, "boxes")
     assert session.document.derived_from is not None
     assert session.document.derived_from.roll_deg == chosen.roll_deg
@@ -129,8 +129,8 @@ def test_the_sense_of_the_hinge_is_asked_for(qtbot: QtBot, session: Session) -> 
 
 def test_of_a_straight_tool_nothing_is_suggested(qtbot: QtBot, session: Session) -> None:
     place(session, STRAIGHT)
-    with qtbot.waitSignal(session.roll_requested) as asked:
-        session.derive()
+    with qtbot.waitSignal(session.deriving.roll_requested) as asked:
+        session.deriving.derive()
     assert asked.args[0].candidates_deg == ()
     assert session.document is not None
     assert roll_meanings(session.document, FORCEPS, asked.args[0]) == ()
@@ -141,10 +141,10 @@ def test_nothing_shows_the_roll_of_a_needle(qtbot: QtBot, session: Session) -> N
         session.choose_tool("needle")
     session.place((100.0, 200.0, 300.0))
     session.place((1500.0, 200.0, 300.0))
-    with qtbot.waitSignal(session.roll_requested) as asked:
-        session.derive()
+    with qtbot.waitSignal(session.deriving.roll_requested) as asked:
+        session.deriving.derive()
     assert (asked.args[0].link, asked.args[0].candidates_deg) == ("needle", ())
-    session.derive(45.0)
+    session.deriving.derive(45.0)
     wait_for_method(qtbot, session, "boxes")
     assert session.document is not None
     # From the shaft to the tip it looks along −x.
@@ -154,7 +154,7 @@ def test_nothing_shows_the_roll_of_a_needle(qtbot: QtBot, session: Session) -> N
 
 def test_keypoints_that_end_no_box_are_named(qtbot: QtBot, session: Session, messages: list[str]) -> None:
     place(session, BENT, "k0 k1 k2 k3 k5")
-    session.derive(30.0)
+    session.deriving.derive(30.0)
     wait_for_method(qtbot, session, "boxes")
     assert any("without k5" in text for text in messages)
     assert session.document is not None
@@ -165,7 +165,7 @@ def test_keypoints_that_end_no_box_are_named(qtbot: QtBot, session: Session, mes
 def test_nothing_is_written_where_nothing_follows(qtbot: QtBot, session: Session, names: str) -> None:
     place(session, BENT, names)
     with qtbot.waitSignal(session.error_raised) as raised:
-        session.derive()
+        session.deriving.derive()
     assert "no boxes follow" in str(raised.args[0])
     assert session.annotation_path is not None
     assert not session.annotation_path.with_name("v001.npy.boxes.json").exists()
@@ -181,7 +181,7 @@ def test_what_cannot_be_saved_is_not_derived_from(
 
     monkeypatch.setattr("annotator.session.document_file.save_annotation", fail)
     with qtbot.waitSignal(session.error_raised):
-        session.derive()
+        session.deriving.derive()
     assert session.method == "keypoints"
     assert session.unsaved
     assert session.annotation_path is not None
@@ -199,7 +199,7 @@ def test_a_derived_document_that_cannot_be_written_leaves_all_as_it_was(
 
     monkeypatch.setattr("annotator.session.deriving.save_annotation", fail)
     with qtbot.waitSignal(session.error_raised) as raised:
-        session.derive()
+        session.deriving.derive()
     assert "disk is full" in str(raised.args[0])
     assert session.method == "keypoints"
     assert session.document is not None
@@ -222,7 +222,7 @@ def test_a_study_of_one_method_has_no_other(qtbot: QtBot, study_session: Session
     assert study_session.method == "keypoints", "the study decides, not the person's last choice"
     place(study_session, BENT)
     with qtbot.waitSignal(study_session.message_posted) as said:
-        study_session.derive()
+        study_session.deriving.derive()
     assert "annotated by keypoints alone" in said.args[0]
     with qtbot.waitSignal(study_session.message_posted) as said:
         study_session.set_method("boxes")
@@ -240,5 +240,5 @@ def test_the_written_file_is_named_after_the_original(session: Session, tmp_path
 
 
 def test_nothing_open_derives_nothing(empty_session: Session) -> None:
-    empty_session.derive()
+    empty_session.deriving.derive()
     assert empty_session.document is None

@@ -95,7 +95,7 @@ class TestSecondWindow:
             lambda: second.set_locked("k0", True),
             second.undo,
             second.redo,
-            second.derive,
+            second.deriving.derive,
             lambda: second.begin_preview("k0", HERE_UM, "dragged"),
         ):
             with qtbot.waitSignal(second.message_posted) as posted:

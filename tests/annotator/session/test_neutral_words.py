@@ -251,7 +251,7 @@ def test_a_derived_document_is_announced_without_its_file(
     positions_um |= {"k3": (13000, 3000, 250), "k4": (14000, 3300, 250), "k5": (17000, 7000, 250)}
     for name, position_um in positions_um.items():
         empty_session.place(position_um, "typed", name)
-    empty_session.derive(0.0)
+    empty_session.deriving.derive(0.0)
     qtbot.waitUntil(lambda: empty_session.method == "boxes" and not empty_session.jobs.running)
     assert any("follow from the keypoints" in text for text in heard)
     assert_nothing_is_told(heard)

@@ -131,7 +131,7 @@ def test_autosave_leaves_a_number_alone_that_is_half_typed(typing: Session) -> N
 
 
 def test_what_is_derived_follows_from_what_is_typed(qtbot: QtBot, typing: Session) -> None:
-    typing.derive()
+    typing.deriving.derive()
     qtbot.waitUntil(lambda: typing.document is not None and typing.document.method == "keypoints")
     assert typing.document is not None
     base_um, tip_um = (typing.document.positions_um[name] for name in ("k0", "k1"))
