@@ -1,10 +1,11 @@
 """Distances between keypoints: each link's length beside its nominal one, and every pair."""
 
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QColor, QIcon, QPixmap, QResizeEvent
+from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
 from annotations.fitting.plausibility import Plausibility
+from annotator.looks.swatches import link_swatch
 from annotator.panels.plausibility_color import plausibility_color
 from annotator.panels.pose_readout import PoseReadout
 
@@ -83,7 +84,7 @@ class LinkTable(ReadOnlyTable):
             absent = "—" if link.measured_um is None else ""
             name = self.write(row, 0, f"{link.link}  {link.ends[0]}–{link.ends[1]}")
             name.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-            name.setIcon(_swatch(link.color))
+            name.setIcon(link_swatch(QColor(link.color)))
             needs = f"Needs {link.ends[0]} and {link.ends[1]}" if absent else f"{link.measured_um:.1f} µm"
             self.write(row, 1, absent or f"{(link.measured_um or 0) / 1000:.3f}", needs)
             self.write(
@@ -134,9 +135,3 @@ def _percent(part: float | None) -> str:
     # What rounds to zero has no sign.
     percent = round(100 * part, 1)
     return f"{percent:+.1f} %".replace("-", "−") if percent else "0.0 %"
-
-
-def _swatch(color: str) -> QIcon:
-    pixmap = QPixmap(16, 16)
-    pixmap.fill(QColor(color))
-    return QIcon(pixmap)

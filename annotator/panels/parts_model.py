@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt, Signal, Slot
-from PySide6.QtGui import QColor, QFont, QGuiApplication, QIcon, QPainter, QPixmap
+from PySide6.QtGui import QColor, QFont, QGuiApplication
 
 from annotations.documents.annotation import Annotation, Part
 from annotations.fitting.evidence import part_sigma_um
@@ -13,6 +13,7 @@ from annotations.fitting.plausibility import plausibility
 from annotations.geometry.tool import Link
 from annotator.looks import theme
 from annotator.looks.icons import icon
+from annotator.looks.swatches import part_swatch
 from annotator.looks.typed_numbers import NotUnderstood
 from annotator.panels.plausibility_color import plausibility_color
 from annotator.session import Session
@@ -120,6 +121,8 @@ class PartsModel(QAbstractTableModel, Generic[P]):
             return Qt.ItemFlag.NoItemFlags
         flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
         part, kind = self._part(index.row()), self._columns[index.column()].kind
+        if self._session.read_only_reason:
+            return flags
         if kind == "lock" or (kind == "sure" and not part.locked):
             return flags | Qt.ItemFlag.ItemIsUserCheckable
         is_typed = kind == "state" or (kind == "number" and self._takes_number(part, index.column()))
@@ -141,7 +144,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
             case Qt.ItemDataRole.DecorationRole if kind == "name":
                 link = self._link(part.name)
                 muted = theme.colors(QGuiApplication.palette()).muted
-                return _swatch(QColor(link.color) if link else muted, hollow=part.state == "unplaced")
+                return part_swatch(QColor(link.color) if link else muted, hollow=part.state == "unplaced")
             case Qt.ItemDataRole.TextAlignmentRole if kind in ("number", "residual"):
                 return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             case Qt.ItemDataRole.TextAlignmentRole if kind == "state":
@@ -291,6 +294,8 @@ class PartsModel(QAbstractTableModel, Generic[P]):
 
     def _tooltip(self, part: P, column: int) -> str:
         kind = self._columns[column].kind
+        if self._session.read_only_reason and kind in ("state", "sure", "lock", "clear"):
+            return f"Read-only. {self._session.read_only_reason}"
         if kind == "lock":
             return "Unlock it to change it" if part.locked else "Lock it against every change"
         if part.locked:
@@ -359,8 +364,11 @@ class PartsModel(QAbstractTableModel, Generic[P]):
         self.endResetModel()
 
     @Slot(object, object)
-    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+    def _on_session_document_changed(self, before: object, after: object) -> None:
         self._follow()
+        if before is after:
+            # What can be changed in it is another thing now.
+            self._redraw(range(len(self._shown)))
 
     @Slot(object, object)
     def _on_session_view_changed(self, before: View, after: View) -> None:
@@ -377,20 +385,3 @@ class PartsModel(QAbstractTableModel, Generic[P]):
 def _short(residual_um: float) -> str:
     """Write a residual in four digits at most: what is farther off than a centimetre is wrong anyway."""
     return f"{residual_um:.0f}" if residual_um < 9999.5 else f"{residual_um / 1000:.0f}k"
-
-
-def _swatch(color: QColor, *, hollow: bool) -> QIcon:
-    """Return a disc in a link's colour; a ring for a part that is not placed."""
-    side = 32
-    pixmap = QPixmap(side, side)
-    pixmap.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(pixmap)
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    pen = painter.pen()
-    pen.setColor(color)
-    pen.setWidth(4)
-    painter.setPen(pen)
-    painter.setBrush(Qt.BrushStyle.NoBrush if hollow else color)
-    painter.drawEllipse(5, 5, side - 10, side - 10)
-    painter.end()
-    return QIcon(pixmap)

@@ -76,11 +76,13 @@ class PoseControls(QWidget):
         is_posing = session.view.mode == "pose"
         pose = session.tool_pose if is_posing else None
         self._enter.setChecked(is_posing)
-        self._enter.setEnabled(tool is not None and bool(tool.links))
+        may_edit = not session.read_only_reason
+        self._enter.setEnabled(tool is not None and bool(tool.links) and may_edit)
         locked = [] if document is None else [part.name for part in document.parts if part.locked]
         self._locked.setText(f"Locked: {', '.join(locked)}. Unlock to move the tool as a whole.")
         self._locked.setVisible(is_posing and bool(locked))
         self._controls.setVisible(pose is not None)
+        self._controls.setEnabled(may_edit)
         if pose is None:
             return
         angles_deg = [pose.angles_deg.get(joint.name, 0.0) for joint in joints]

@@ -5,7 +5,8 @@ import os
 import time
 
 import pytest
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QTableView, QToolButton, QWidget
 
 from annotations.documents.locks import STALE_S, lock_path
 from annotator.dialogs.error_dialog import ErrorDialog
@@ -51,6 +52,17 @@ def test_what_would_change_the_document_is_disabled(read_only, session):
         assert not read_only.action(name).isEnabled()
     for name in ("save_as", "copy_pose", "next_unplaced", "keypoint_1", "zoom_fit", "close_volume"):
         assert read_only.action(name).isEnabled()
+
+
+def test_neither_the_table_nor_the_pose_panel_offers_a_change(read_only, session):
+    table = read_only.window.findChild(QTableView, "keypoints_table")
+    assert table is not None
+    model = table.model()
+    changing = Qt.ItemFlag.ItemIsUserCheckable | Qt.ItemFlag.ItemIsEditable
+    for column in range(model.columnCount()):
+        assert not model.index(0, column).flags() & changing
+        assert model.index(0, column).flags() & Qt.ItemFlag.ItemIsSelectable
+    assert not read_only.window.findChild(QToolButton, "pose_enter").isEnabled()
 
 
 def test_clicks_and_drags_change_nothing(read_only, session):
