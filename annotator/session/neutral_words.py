@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from annotations.documents.study import AnnotationName, annotation_name
 from annotations.errors import UserError
-from annotator.session.worklist import WorkItem, Worklist
+from annotator.session.worklist import NAMELESS, WorkItem, Worklist
 
 _SHORTEST_TELLING_WORD = 3
 _BEGINNING = re.compile(r"(?<!\w)(?=\S)")
@@ -44,7 +44,7 @@ class NeutralWords:
                 self._labels[name] = each.label
             for name in _names_of_volume(worklist, each):
                 is_known = self._labels.get(name, each.label) == each.label
-                self._labels[name] = each.label if is_known or each == item else "A volume of this study"
+                self._labels[name] = each.label if is_known or each == item else NAMELESS
         # Not one pattern of all the names, which takes a second to compile for some hundred volumes.
         self._lengths = sorted({len(name) for name in self._labels}, reverse=True)
         self._folders = _folders(worklist)

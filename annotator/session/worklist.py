@@ -17,6 +17,9 @@ from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotations.volumes import volume_paths
 
+NAMELESS = "A volume of this study"
+"""What a volume without a number is called in blind work."""
+
 ItemStatus = Literal["new", "in_progress", "done"]
 
 
@@ -194,11 +197,13 @@ def _read(path: Path, annotator: str, method: Method) -> Worklist:
 def worklist_with(document: Annotation, path: Path, present: Worklist) -> tuple[Worklist, int]:
     """Return the list that a document's file belongs to, and its place there.
 
-    The present list if it is in there, else that of its study or folder, else one of its own.
+    The present list if it is in there, else that of its study or folder, else one of its own; for an
+    annotator who works blind that has no name either, as where a volume or a pass was taken from the study.
 
     UserError where the study or folder is not there any more.
     """
-    for worklist in (present, _around(document, path)):
+    around = _around(document, path)
+    for worklist in (present, around):
         for index, item in enumerate(worklist.items if worklist else ()):
             if worklist is not None and item.annotation_path == path:
                 return worklist, index
@@ -208,6 +213,9 @@ def worklist_with(document: Annotation, path: Path, present: Worklist) -> tuple[
             where=path.parents[2],
             remedy="Open it where it is now, and recover the edits then (File ▸ Recover Unsaved Edits…)",
         )
+    if around is not None and around.is_blind:
+        item = replace(item_of_document(document, path), label=NAMELESS)
+        return replace(around, path=path, items=(item,), first=0), 0
     return _of_one(document, path, Path(document.volume.path).name), 0
 
 

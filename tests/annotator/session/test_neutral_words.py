@@ -8,8 +8,9 @@ from pytestqt.qtbot import QtBot
 
 from annotations.documents.annotation import Annotation
 from annotations.documents.files import DocumentError
+from annotations.documents.record import changed
 from annotations.documents.recovery import find_recoveries
-from annotations.documents.study import ViewingRules
+from annotations.documents.study import ViewingRules, load_study, save_study
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotator.session import Session
@@ -295,6 +296,34 @@ def test_a_pass_is_recovered_as_that_pass(
     assert document is not None
     assert document.repeat == 1
     later.abandon()
+    later.shut_down()
+
+
+def test_work_that_has_no_place_in_the_queue_any_more_is_recovered_without_a_name(
+    qtbot: QtBot, empty_session: Session, options: SessionOptions, folder: Path
+) -> None:
+    open_and_wait(qtbot, empty_session, folder)
+    index = next(at for at, item in enumerate(empty_session.items) if item.repeat == 1)
+    empty_session.open_item(index)
+    qtbot.waitUntil(lambda: empty_session.current_index == index and not empty_session.jobs.running)
+    path = empty_session.items[index].annotation_path
+    empty_session.place((1.0, 2.0, 3.0))
+    empty_session.abandon()
+    study = load_study(folder)
+    save_study(changed(study, volumes=tuple(changed(each, repeats=0) for each in study.volumes)), folder)
+    (recovery,) = find_recoveries(options.recovery_folder)
+    later = Session(replace(options))
+    heard: list[str] = []
+    later.message_posted.connect(heard.append)
+    later.error_raised.connect(lambda error: heard.append(str(error)))
+    with qtbot.waitSignal(later.volume_changed, check_params_cb=lambda: later.volume is not None):
+        later.recover(recovery)
+    assert later.annotation_path == path
+    assert later.volume_label == "A volume of this study"
+    assert later.title == "Pilot"
+    assert later.save()
+    later.post_message(f"{path} and {path.name}")
+    assert_nothing_is_told(heard)
     later.shut_down()
 
 
