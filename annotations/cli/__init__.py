@@ -194,7 +194,7 @@ def _add_study(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "make a study of the volumes in a folder, or add to one",
         "Write study.toml for the volumes in a folder and its direct sub-folders. With --add-volumes or "
         "--add-annotators, add to the study that is there: ids, numbers and finished work stay.",
-        json_help="print one JSON object: the study's file, its volumes and its annotators",
+        json_help="print one JSON object: the study's file, its volumes, its annotators and the seed",
     )
     study.add_argument("folder", type=Path, metavar="FOLDER", help="where study.toml is, or is to be")
     study.add_argument("--tool", metavar="NAME", help="the tool specification (required for a new study)")
@@ -217,7 +217,9 @@ def _add_study(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         metavar="N",
         help="how many of the new volumes, drawn at random, come a second time (%(default)s)",
     )
-    study.add_argument("--seed", type=_at_least(0), metavar="S", help="of the order and the repeats (0)")
+    study.add_argument(
+        "--seed", type=_at_least(0), metavar="S", help="of the order and the repeats (drawn at random)"
+    )
     study.add_argument(
         "--may-look",
         action="store_true",
@@ -228,6 +230,9 @@ def _add_study(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "--add-volumes", nargs="+", type=Path, metavar="PATH", help="folders or volumes to add"
     )
     study.add_argument("--add-annotators", nargs="+", metavar="NAME", help="annotators to add")
+    study.add_argument(
+        "--keep-unreadable", action="store_true", help="take volumes as well that cannot be read now"
+    )
 
 
 def _add_agreement(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

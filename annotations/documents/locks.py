@@ -74,6 +74,11 @@ class LockHolder:
     is_gone: bool
     is_stale: bool
 
+    @property
+    def is_own(self) -> bool:
+        """Whether the lock is this very process's."""
+        return self.token in _HELD
+
     def __str__(self) -> str:
         """Say in words who it is, where, and since when by the clock of this computer."""
         if not self.host or self.since is None:

@@ -1,10 +1,11 @@
 """A study: a folder with volumes, annotators and their annotations, described by ``study.toml``."""
 
+import difflib
 import re
 import tomllib
 import unicodedata
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, Literal, Self
@@ -26,6 +27,7 @@ _ANNOTATION_NAME = re.compile(
     r"(?P<volume_id>.+)\.(?P<method>keypoints|boxes)(\.repeat(?P<repeat>[1-9]\d*))?\.json"
 )
 _NOT_IN_FOLDERS = frozenset('/\\:*?"<>|')
+_CONSENSUS_TAKEN = f"no annotator can be called {CONSENSUS!r}: the study's consensus is kept there"
 
 
 class StudyError(UserError):
@@ -42,10 +44,19 @@ def _relative_path(value: str) -> str:
 
 
 def _folder_name(value: str) -> str:
+    return _person_name(value, "an annotator's name is also a folder's")
+
+
+def _reviewer_name(value: str) -> str:
+    # Reviewers annotate too, if they like: then a folder bears the name.
+    return _person_name(value, "a reviewer's name can become a folder's")
+
+
+def _person_name(value: str, why: str) -> str:
     if not value or value.strip(" .") != value or _NOT_IN_FOLDERS & set(value) or not _is_plain_text(value):
         raise ValueError(
-            "an annotator's name is also a folder's: it holds none of / \\ : * ? \" < > | and neither begins "
-            f"nor ends with a space or a full stop: {value!r}"
+            f'{why}: it holds none of / \\ : * ? " < > | and neither begins nor ends with a space or a full '
+            "stop"
         )
     return value
 
@@ -55,6 +66,7 @@ def _is_plain_text(value: str) -> bool:
 
 
 FolderName = Annotated[str, AfterValidator(_folder_name)]
+ReviewerName = Annotated[str, AfterValidator(_reviewer_name)]
 Count = Annotated[int, Field(ge=0, strict=True)]
 
 
@@ -101,7 +113,7 @@ class ViewingRules(Record):
 
     others: Literal["when_done", "never"] = "when_done"
     may_look: Truth = False
-    reviewers: tuple[FolderName, ...] = ()
+    reviewers: tuple[ReviewerName, ...] = ()
 
 
 class Study(Record):
@@ -144,14 +156,10 @@ class Study(Record):
             ("annotator", list(self.annotators)),
             ("method", list(self.methods)),
         ):
-            # Files and folders are named after them, and on many systems Anna and anna are one folder.
-            folded = [unicodedata.normalize("NFC", name).casefold() for name in names]
-            often = Counter(folded)
-            for name, each in zip(names, folded, strict=True):
-                if often[each] > 1:
-                    raise ValueError(f"{kind} {name!r} stands more than once (capitals do not count)")
+            for name in _repeated(names):
+                raise ValueError(f"{kind} {name!r} stands more than once (capitals do not count)")
         if CONSENSUS in self.annotators:
-            raise ValueError(f"no annotator can be called {CONSENSUS!r}: the study's consensus is kept there")
+            raise ValueError(_CONSENSUS_TAKEN)
         for annotator, methods in self.assignments.items():
             if annotator not in self.annotators:
                 raise ValueError(f"assignments name {annotator!r}, who is not among the annotators")
@@ -178,9 +186,33 @@ class Study(Record):
         return person not in self.annotators
 
 
+def annotator_problems(names: Sequence[str]) -> Mapping[int, str]:
+    """Return, by their places, why some of the names cannot be those of a study's annotators."""
+    problems = {}
+    repeated = set(_repeated(names))
+    for place, name in enumerate(names):
+        if name in repeated:
+            problems[place] = f"{name!r} stands more than once (capitals do not count)"
+        elif name == CONSENSUS:
+            problems[place] = _CONSENSUS_TAKEN
+        elif said := _why_not(_folder_name, name):
+            problems[place] = said
+    return problems
+
+
+def reviewer_problems(names: Sequence[str]) -> tuple[str, ...]:
+    """Return why some of the names cannot be those of a study's reviewers."""
+    return tuple(said for name in names if (said := _why_not(_reviewer_name, name)))
+
+
 def load_study(folder: Path) -> Study:
     """Read the study in a folder; StudyError if ``study.toml`` is absent, not readable or wrong."""
     path = folder / STUDY_FILE
+    correct = "Correct the file"
+    if _backup(path).exists():
+        correct += (
+            f", or go back to {_backup(path).name}: it is as it was before the last change in the program"
+        )
     try:
         fields = tomllib.loads(path.read_text(encoding="utf-8"))
         return Study.model_validate(fields, by_alias=True, by_name=False)
@@ -189,9 +221,9 @@ def load_study(folder: Path) -> Study:
             f"it could not be read ({error})", where=path, remedy="Choose a study's folder"
         ) from error
     except tomllib.TOMLDecodeError as error:
-        raise StudyError(f"it is not valid TOML ({error})", where=path, remedy="Correct the file") from error
+        raise StudyError(f"it is not valid TOML ({error})", where=path, remedy=correct) from error
     except ValidationError as error:
-        raise StudyError(first_problem(error), where=path, remedy="Correct the file") from error
+        raise StudyError(f"{first_problem(error)}{_meant(error)}", where=path, remedy=correct) from error
 
 
 def save_study(study: Study, folder: Path) -> None:
@@ -200,7 +232,7 @@ def save_study(study: Study, folder: Path) -> None:
     always = study.model_dump(mode="json", include={"schema_id", "title", "tool", "methods", "annotators"})
     fields: dict[str, Any] = always | study.model_dump(mode="json", exclude_defaults=True)
     path = folder / STUDY_FILE
-    replace_durably(path, tomli_w.dumps(fields).encode(), backup=path.with_name(f"{STUDY_FILE}.bak"))
+    replace_durably(path, tomli_w.dumps(fields).encode(), backup=_backup(path))
 
 
 def annotation_files(folder: Path) -> list[Path]:
@@ -247,10 +279,43 @@ def annotation_path(folder: Path, annotator: str, volume_id: str, method: Method
     try:
         _folder_name(annotator)
     except ValueError as error:
-        raise StudyError(str(error), remedy="Choose another name for the annotator") from error
+        problem = f"{error}, found {annotator!r}"
+        raise StudyError(problem, remedy="Choose another name for the annotator") from error
     return folder / "annotations" / annotator / AnnotationName(volume_id, method, repeat).file_name
 
 
 def study_folder_of(path: Path) -> Path | None:
     """Return the folder of the study that a file lies in, if it lies in one."""
     return next((parent for parent in path.absolute().parents if (parent / STUDY_FILE).is_file()), None)
+
+
+def _repeated(names: Sequence[str]) -> list[str]:
+    # Files and folders are named after them, and on many systems Anna and anna are one folder.
+    folded = [unicodedata.normalize("NFC", name).casefold() for name in names]
+    often = Counter(folded)
+    return [name for name, each in zip(names, folded, strict=True) if often[each] > 1]
+
+
+def _why_not(check: Callable[[str], str], name: str) -> str:
+    try:
+        check(name)
+    except ValueError as error:
+        return f"{error}, found {name!r}"
+    return ""
+
+
+def _meant(error: ValidationError) -> str:
+    """Return which field an unknown one is likely to be meant for, as the end of a sentence."""
+    problem = error.errors(include_url=False)[0]
+    if problem["type"] != "extra_forbidden":
+        return ""
+    *above, name = problem["loc"]
+    below: dict[object, type[Record]] = {"volumes": StudyVolume, "viewing": ViewingRules}
+    model = below.get(above[0], Study) if above else Study
+    known = [field.alias or each for each, field in model.model_fields.items()]
+    near = difflib.get_close_matches(str(name), known, n=1)
+    return f", perhaps {near[0]!r} is meant" if near else f"; known are {', '.join(known)}"
+
+
+def _backup(path: Path) -> Path:
+    return path.with_name(f"{STUDY_FILE}.bak")

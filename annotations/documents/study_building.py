@@ -5,6 +5,7 @@ What has been handed out stays: ids, numbers in the queues, and the files of ann
 
 import hashlib
 import os
+import random
 import re
 import unicodedata
 from collections import Counter
@@ -24,6 +25,7 @@ from annotations.documents.study import (
     StudyVolume,
     load_study,
     save_study,
+    study_folder_of,
 )
 from annotations.documents.write_guard import writing_beside
 from annotations.errors import first_problem
@@ -32,9 +34,29 @@ from annotations.geometry.tool_library import load_tool, write_tool
 from annotations.volumes import VolumeError, volume_paths
 from annotations.volumes.opening import SUFFIXES
 
+# A person can read one of these out to another.
+_SEEDS = 1_000_000
 _NOT_OF_VOLUMES = frozenset({"annotations", "tools"})
 _ZARR_SUFFIXES = (".ome.zarr", ".zarr")
 _NAMELESS = "volume"
+
+
+class StudyChanged(StudyError):  # noqa: N818 - named for what happened
+    """Somebody else has changed the study meanwhile.
+
+    Attributes
+    ----------
+    present : Study
+        As it is now.
+    """
+
+    def __init__(self, path: Path, present: Study) -> None:
+        super().__init__(
+            "somebody has changed the study since it was opened here, and nothing was written",
+            where=path,
+            remedy="Open the study again, and make the change in what is there now",
+        )
+        self.present = present
 
 
 @dataclass(frozen=True)
@@ -101,21 +123,26 @@ def volumes_at(paths: Sequence[Path]) -> tuple[Path, ...]:
     return tuple(found)
 
 
-def study_of_folder(
-    folder: Path, tool: str, *, study_folder: Path | None = None, title: str = "", **rules: Any
+def drawn_seed() -> int:
+    """Return a seed for a new study: every study shuffles in its own way, and says in its file which."""
+    return random.SystemRandom().randrange(_SEEDS)
+
+
+def study_of_volumes(
+    paths: Sequence[Path], tool: str, study_folder: Path, *, title: str = "", **rules: Any
 ) -> Study:
-    """Propose a study of the volumes in a folder and its direct sub-folders; nothing is written.
+    """Propose a study of volumes; nothing is written.
 
     Where a file holds several arrays, no ``dataset`` is named: the application asks when it is opened.
 
     Parameters
     ----------
-    folder : Path
-        Of the volumes.
+    paths : sequence of Path
+        The volumes.
     tool : str
         Name of the tool specification.
-    study_folder : Path, optional
-        Where ``study.toml`` is to be; by default the same folder.
+    study_folder : Path
+        Where ``study.toml`` is to be.
     title : str
         The study folder's name by default.
     **rules
@@ -123,15 +150,11 @@ def study_of_folder(
 
     Raises
     ------
-    VolumeError
-        The folder does not exist or may not be read.
     StudyError
-        There is no volume in it, one of them cannot be named relative to the study's folder, or the rules
-        contradict each other.
+        A volume cannot be named relative to the study's folder, or the rules contradict each other.
     """
-    study_folder = study_folder or folder
     plain = _made(Study, title=title or _plain_text(study_folder.absolute().name) or "Study", tool=tool)
-    return with_rules(with_volumes(plain, study_folder, volumes_at([folder])).study, **rules)
+    return with_rules(with_volumes(plain, study_folder, paths).study, **rules)
 
 
 def with_volumes(study: Study, study_folder: Path, paths: Iterable[Path]) -> Enlarged:
@@ -205,6 +228,25 @@ def with_rules(study: Study, **fields: Any) -> Study:
     return _said(lambda: changed(study, **fields))
 
 
+def why_not_in(folder: Path) -> str:
+    """Return why no new study can be kept in a folder, as a sentence without its full stop; else nothing.
+
+    A folder that is not there yet is made when the study is, in the nearest one above it.
+    """
+    path = folder / STUDY_FILE
+    if path.exists():
+        return "There is a study in this folder already: choose another one"
+    around = study_folder_of(path)
+    if around is not None:
+        return f"This folder lies inside the study {_called(around)}: choose another one"
+    nearest = next((each for each in (folder, *folder.absolute().parents) if each.exists()), folder)
+    if not nearest.is_dir():
+        return f"{nearest} is not a folder: choose another one"
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        return f"You may not write in {nearest}: choose another folder to keep the study in"
+    return ""
+
+
 def create_study(study: Study, folder: Path, tool: ToolSpecification) -> None:
     """Write a new study; a tool that does not ship is copied to the study's folder ``tools``.
 
@@ -213,11 +255,18 @@ def create_study(study: Study, folder: Path, tool: ToolSpecification) -> None:
     Raises
     ------
     StudyError
-        There is a study already, or another tool of that name in its folder ``tools``.
+        There is a study already, or around the folder, or another tool of that name in its folder ``tools``.
     SaveError
         It cannot be written.
     """
     path = folder / STUDY_FILE
+    around = study_folder_of(path)
+    if around not in (None, folder.absolute()):
+        raise StudyError(
+            f"it would lie inside the study {_called(around)}",
+            where=folder,
+            remedy="Choose a folder of its own, or add the volumes to that study",
+        )
     with writing_beside(path):
         if path.exists():
             raise StudyError(
@@ -236,20 +285,27 @@ def replace_study(study: Study, folder: Path, *, expected: Study) -> None:
 
     Raises
     ------
+    StudyChanged
+        ``study.toml`` does not say what ``expected`` does any more.
     StudyError
-        ``study.toml`` does not say what ``expected`` does any more, or cannot be read.
+        It cannot be read.
     SaveError
         It cannot be written.
     """
     path = folder / STUDY_FILE
     with writing_beside(path):
-        if load_study(folder) != expected:
-            raise StudyError(
-                "somebody has changed the study since it was opened here, and nothing was written",
-                where=path,
-                remedy="Open the study again, and make the change in what is there now",
-            )
+        present = load_study(folder)
+        if present != expected:
+            raise StudyChanged(path, present)
         save_study(study, folder)
+
+
+def _called(study_folder: Path) -> str:
+    """Return a study's title in quotation marks; its folder's name where it cannot be read."""
+    try:
+        return f"“{load_study(study_folder).title}”"
+    except StudyError:
+        return f"in {study_folder.name}"
 
 
 def _path_in_study(path: Path, study_folder: Path) -> str:

@@ -126,7 +126,7 @@ class _StudyCheck:
 
     def check_volume(self, volume: StudyVolume) -> Iterator[Located]:
         """Check that a volume is there, can be read, and is as the study says."""
-        path = self._folder / volume.path
+        path = self._path_of(volume)
         try:
             seen, fingerprint = self._volumes.look(path, volume.dataset)
         except DatasetChoiceNeeded as error:
@@ -196,15 +196,14 @@ class _StudyCheck:
         if volume is not None:
             self._note_what_it_says(file, document)
             # The study says where the volume is now: a document learns of it when it is saved.
-            path = relative_path((self._folder / volume.path).resolve(), file.path.resolve())
+            path = relative_path(self._path_of(volume).resolve(), file.path.resolve())
             dataset = volume.dataset or document.volume.dataset
             located = changed(document, volume=changed(document.volume, path=path, dataset=dataset))
         found = check_document(located, file.path, self._tool_folders, self._volumes)
         # A volume that cannot be read is said once.
         is_said = file.name.volume_id in self._unreadable
         yield from (finding for finding in found if not (is_said and finding.kind == "volume"))
-        if all(finding.kind != "tool" for finding in found):
-            yield from self._check_tool(document)
+        yield from self._check_tool(document, is_found=all(finding.kind != "tool" for finding in found))
         yield from _check_sources(file.path, document)
         yield from self._judge(document)
         yield from _notes(document)
@@ -222,7 +221,7 @@ class _StudyCheck:
                 yield Finding("name", f"its {what} is {said!r}, but by its name and folder {expected!r}")
         if volume is None:
             return
-        named, expected_path = referenced_path(document.volume, file.path), self._folder / volume.path
+        named, expected_path = referenced_path(document.volume, file.path), self._path_of(volume)
         if named.resolve() != expected_path.resolve():
             yield Finding("name", f"its volume is {named}, but the study's {volume.id} is {expected_path}")
         if volume.dataset is not None and document.volume.dataset != volume.dataset:
@@ -230,12 +229,19 @@ class _StudyCheck:
                 "name", f"its dataset is {document.volume.dataset!r}, but the study's {volume.dataset!r}"
             )
 
-    def _check_tool(self, document: Annotation) -> Iterator[Finding]:
+    def _check_tool(self, document: Annotation, *, is_found: bool) -> Iterator[Finding]:
         if document.tool != self._study.tool:
             problem = f"it was made with the tool {document.tool!r}, but the study's is {self._study.tool!r}"
             yield Finding("tool", problem)
-        elif self._tool is not None and document.tool_fingerprint not in (None, self._tool.fingerprint):
+        elif (
+            is_found
+            and self._tool is not None
+            and document.tool_fingerprint not in (None, self._tool.fingerprint)
+        ):
             yield Finding("tool", f"it was made with another tool {document.tool!r} than the study's")
+
+    def _path_of(self, volume: StudyVolume) -> Path:
+        return _without_ways_up(self._folder / volume.path)
 
     def _note_what_it_says(self, file: KeptFile, document: Annotation) -> None:
         volume = document.volume
@@ -289,8 +295,8 @@ def _check_lock(path: Path) -> Iterator[Located]:
     except SaveError as error:
         yield path, Finding("lock", str(error))
         return
-    if holder is None:
-        # It has been given up meanwhile.
+    if holder is None or holder.is_own:
+        # It has been given up meanwhile, or it is this very window's, whose document is open in sight.
         return
     if holder.is_gone:
         problem = f"{holder}, has ended without giving it up: whoever opens the annotation takes it over"
@@ -325,6 +331,11 @@ def by_path(findings: Iterable[Located]) -> Mapping[Path | None, Sequence[Findin
     for path, finding in findings:
         grouped.setdefault(path, []).append(finding)
     return grouped
+
+
+def _without_ways_up(path: Path) -> Path:
+    """Return a path as a person would write it; what the file itself may link to is not looked up."""
+    return path.parent.resolve() / path.name if ".." in path.parts else path
 
 
 def _in_short(said: Hashable) -> str:

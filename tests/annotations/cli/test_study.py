@@ -30,14 +30,65 @@ def test_what_was_made_is_said_in_words(
     study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "new"
-    assert main(["study", str(folder), "--volumes", str(study), "--tool", "needle", "--repeats", "1"]) == 0
+    arguments = ["--volumes", str(study), "--tool", "needle", "--repeats", "1"]
+    assert main(["study", str(folder), *arguments]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines == [
         str(folder / "study.toml"),
         "  volumes     2, and 1 a second time",
         "  annotators  none yet",
         "  methods     keypoints",
+        f"  seed        {load_study(folder).seed}",
     ]
+
+
+def test_every_new_study_has_a_seed_of_its_own(study: Path, tmp_path: Path, run_json: Any) -> None:
+    seeds = set()
+    for name in ("a", "b", "c"):
+        _, [made], _ = run_json("study", tmp_path / name, "--volumes", study, "--tool", "needle")
+        seeds.add(made["seed"])
+    assert len(seeds) > 1
+
+
+def test_volumes_that_cannot_be_read_are_left_out_unless_they_are_wanted(
+    study: Path, tmp_path: Path, run_json: Any
+) -> None:
+    (study / "volumes" / "broken.npy").write_bytes(bytes(range(100)))
+    (study / "volumes" / "twin.npy").write_bytes((study / "volumes" / "v001.npy").read_bytes())
+    arguments = ("--volumes", study, "--tool", "needle")
+    code, [made], messages = run_json("study", tmp_path / "new", *arguments)
+    assert code == 1
+    assert [volume["id"] for volume in made["volumes"]] == ["twin", "v001", "v002"]
+    assert "broken.npy: its content is of no format that can be opened. It is left out" in messages
+    assert "v001.npy: it is the same volume as" in messages
+    code, [made], messages = run_json("study", tmp_path / "all", *arguments, "--keep-unreadable")
+    assert code == 0
+    assert "broken" in [volume["id"] for volume in made["volumes"]]
+    assert "in the study all the same" in messages
+
+
+def test_a_study_of_nothing_that_can_be_read_is_not_made(tmp_path: Path, run_json: Any) -> None:
+    (tmp_path / "broken.npy").write_bytes(bytes(range(100)))
+    code, _, messages = run_json("study", tmp_path, "--tool", "needle")
+    assert code == 1
+    assert "none of the volumes can be read" in messages
+    assert not (tmp_path / "study.toml").exists()
+
+
+def test_what_is_there_already_is_said_and_the_rest_is_added(
+    study: Path, run_json: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = (study / "study.toml").read_bytes()
+    assert main(["study", str(study), "--add-volumes", str(study)]) == 0
+    said = capsys.readouterr().out
+    assert "2 of the volumes named are in it already" in said
+    assert "nothing was added" in said
+    assert (study / "study.toml").read_bytes() == before
+    assert main(["study", str(study), "--add-annotators", "cara", "truth"]) == 0
+    said = capsys.readouterr().out
+    assert "truth annotates in it already" in said
+    assert "1 annotator added" in said
+    assert load_study(study).annotators == ("truth", "cara")
 
 
 def test_an_existing_study_is_added_to_and_never_overwritten(study: Path, run_json: Any) -> None:
@@ -66,6 +117,7 @@ def test_an_existing_study_is_added_to_and_never_overwritten(study: Path, run_js
         (["--tool", "spoon"], "there is no tool specification 'spoon'"),
         (["--tool", "needle", "--add-annotators", "anna"], "--tool is for new studies"),
         (["--may-look", "--add-annotators", "anna"], "--may-look is for new studies"),
+        (["--seed", "0", "--add-annotators", "anna"], "--seed is for new studies"),
         (["--repeats", "1", "--add-annotators", "anna"], "--repeats is for new volumes"),
         (["--tool", "needle", "--methods", "points"], "invalid choice"),
     ],

@@ -18,7 +18,9 @@ from annotations.documents.study import (
     ViewingRules,
     annotation_name,
     annotation_path,
+    annotator_problems,
     load_study,
+    reviewer_problems,
     save_study,
 )
 from annotations.durable_files import SaveError
@@ -179,7 +181,7 @@ def test_what_is_saved_is_what_is_loaded(study: Study) -> None:
         ),
         ('"ben"]', '"ben", "consensus"]', "no annotator can be called 'consensus'"),
         ('"ben"]', '"ben"]\nviewing = { others = "always" }', "viewing.others: Input should be 'when_done'"),
-        ('"ben"]', '"ben"]\nviewing = { reviewers = ["a/b"] }', "viewing.reviewers.0: an annotator's name"),
+        ('"ben"]', '"ben"]\nviewing = { reviewers = ["a/b"] }', "viewing.reviewers.0: a reviewer's name"),
         ("[[volumes]]\nid", "[[volumes]\nid", "it is not valid TOML"),
         ('tool = "magnetic-forceps"', 'tool = "needle"\ntool = "needle"', "it is not valid TOML"),
     ],
@@ -191,6 +193,52 @@ def test_a_wrong_study_is_refused_by_name(tmp_path: Path, right: str, wrong: str
         load_study(folder)
     assert message in str(refused.value)
     assert refused.value.where == folder / STUDY_FILE
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "meant"),
+    [
+        ('annotators = ["anna"', 'annotator = ["anna"', "'annotators' is meant"),
+        ('schema = "oct-study/1"', 'schema_id = "oct-study/1"', "'schema' is meant"),
+        ('id = "v002"', 'id = "v002"\nspacing = 5', "'spacing_um' is meant"),
+        ('"ben"]', '"ben"]\nviewing = { reviewer = ["rita"] }', "'reviewers' is meant"),
+        ('"ben"]', '"ben"]\nqqq = 1', "known are schema, title, tool"),
+    ],
+)
+def test_for_an_unknown_field_the_likely_one_is_named(
+    tmp_path: Path, right: str, wrong: str, meant: str
+) -> None:
+    assert right in SOUND
+    with pytest.raises(StudyError, match=meant):
+        load_study(write(tmp_path, SOUND.replace(right, wrong, 1)))
+
+
+@pytest.mark.parametrize("wrong", ["methods = []\n", "[[volumes\n"])
+def test_the_file_before_is_mentioned_where_there_is_one(tmp_path: Path, wrong: str) -> None:
+    with pytest.raises(StudyError) as refused:
+        load_study(write(tmp_path, wrong))
+    assert "study.toml.bak" not in str(refused.value)
+    (tmp_path / "study.toml.bak").write_text(SOUND, encoding="utf-8")
+    with pytest.raises(StudyError, match=r"go back to study\.toml\.bak"):
+        load_study(tmp_path)
+
+
+def test_every_name_that_cannot_be_is_told_and_none_twice() -> None:
+    problems = annotator_problems(["anna", "../x", "ben", "Anna", "consensus", ""])
+    assert set(problems) == {0, 1, 3, 4, 5}
+    assert problems[0].startswith("'anna' stands more than once")
+    assert problems[1].count("../x") == 1
+    assert "an annotator's name is also a folder's" in problems[1]
+    assert "consensus is kept there" in problems[4]
+    assert annotator_problems(["anna", "ben"]) == {}
+    [said] = reviewer_problems(["rita", "a/b"])
+    assert said.startswith("a reviewer's name")
+
+
+def test_a_wrong_name_is_said_once(tmp_path: Path) -> None:
+    with pytest.raises(StudyError) as refused:
+        load_study(write(tmp_path, SOUND.replace('"ben"', '"../x"')))
+    assert str(refused.value).count("../x") == 1
 
 
 def test_what_says_nothing_is_not_written(tmp_path: Path) -> None:

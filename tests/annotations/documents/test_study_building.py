@@ -12,10 +12,14 @@ from annotations.documents import study_building
 from annotations.documents.queue import queue
 from annotations.documents.study import STUDY_FILE, Study, StudyError, StudyVolume, load_study, save_study
 from annotations.documents.study_building import (
+    StudyChanged,
     create_study,
+    drawn_seed,
     find_volumes,
     replace_study,
-    study_of_folder,
+    study_of_volumes,
+    volumes_at,
+    why_not_in,
     with_annotators,
     with_repeats,
     with_rules,
@@ -41,6 +45,10 @@ def folder(tmp_path: Path, write_volume: WriteVolume) -> Path:
         write_volume(folder / name)
     (folder / "day1" / "readme.txt").write_text("notes")
     return folder
+
+
+def study_of_folder(folder: Path, tool: str, *, study_folder: Path | None = None, **rules: object) -> Study:
+    return study_of_volumes(volumes_at([folder]), tool, study_folder or folder, **rules)
 
 
 def ids(study: Study) -> list[str]:
@@ -259,6 +267,30 @@ def test_a_study_that_somebody_else_has_changed_is_not_replaced(tmp_path: Path) 
     changed = with_annotators(mine, ["anna"])
     replace_study(changed, tmp_path, expected=mine)
     assert load_study(tmp_path) == changed
-    with pytest.raises(StudyError, match="somebody has changed the study"):
+    with pytest.raises(StudyChanged, match="somebody has changed the study") as refused:
         replace_study(with_annotators(mine, ["ben"]), tmp_path, expected=mine)
-    assert load_study(tmp_path) == changed
+    assert load_study(tmp_path) == refused.value.present == changed
+
+
+def test_a_study_inside_another_one_is_refused(folder: Path) -> None:
+    create_study(study_of_folder(folder, "needle"), folder, NEEDLE)
+    with pytest.raises(StudyError, match="lie inside the study “Phantom series”"):
+        create_study(study_with(1), folder / "day3", NEEDLE)
+    assert not (folder / "day3").exists()
+
+
+def test_where_a_study_cannot_be_kept_is_told_beforehand(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert why_not_in(folder) == ""
+    assert why_not_in(tmp_path / "not" / "yet" / "there") == ""
+    assert "is not a folder" in why_not_in(folder / "scan 9.npy")
+    create_study(study_of_folder(folder, "needle"), folder, NEEDLE)
+    assert why_not_in(folder).startswith("There is a study in this folder already")
+    assert "inside the study “Phantom series”" in why_not_in(folder / "day1")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    assert why_not_in(tmp_path / "elsewhere").startswith(f"You may not write in {tmp_path}")
+
+
+def test_seeds_are_drawn_anew() -> None:
+    assert len({drawn_seed() for _ in range(20)}) > 1

@@ -1,6 +1,7 @@
 import hashlib
 import json
 import os
+import sys
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 
 from annotations.documents import seen_volumes
@@ -19,7 +21,7 @@ from annotations.documents.locks import DocumentLock
 from annotations.documents.provenance import Contribution, Viewing
 from annotations.documents.record import Method, changed
 from annotations.documents.study import STUDY_FILE, annotation_path, load_study, save_study
-from annotations.documents.study_building import create_study, study_of_folder, with_rules
+from annotations.documents.study_building import create_study, study_of_volumes, volumes_at, with_rules
 from annotations.documents.study_checks import by_path, check_study, is_wrong
 from annotations.documents.volume_link import reference_to
 from annotations.errors import Cancelled
@@ -39,7 +41,7 @@ def folder(tmp_path: Path, write_volume: WriteVolume) -> Path:
     folder = tmp_path / "study"
     for number in (1, 2):
         write_volume(folder / "volumes" / f"v{number}.npy", number)
-    create_study(study_of_folder(folder, "needle", annotators=PEOPLE), folder, NEEDLE)
+    create_study(study_of_volumes(volumes_at([folder]), "needle", folder, annotators=PEOPLE), folder, NEEDLE)
     return folder
 
 
@@ -269,6 +271,33 @@ def test_a_tool_that_is_nowhere_is_found(finished: Path) -> None:
     assert "there is no tool specification 'lost'" in problem
 
 
+def test_a_tool_that_is_nowhere_is_found_beside_a_volume_that_is_gone(finished: Path) -> None:
+    change_rules(finished, tool="lost")
+    (finished / "volumes" / "v1.npy").unlink()
+    kinds = [kind for _, kind, _ in found(finished)]
+    assert kinds[0] == "tool"
+    assert "volume" in kinds
+    assert any("made with the tool 'needle'" in problem for _, _, problem in found(finished))
+
+
+def test_documents_of_another_tool_are_named_also_where_theirs_is_nowhere(finished: Path) -> None:
+    rewrite(annotation_path(finished, "anna", "v1", "keypoints"), tool="lost")
+    problems = [problem for path, _, problem in found(finished) if path.startswith("annotations/anna/")]
+    assert any("there is no tool specification 'lost'" in problem for problem in problems)
+    assert any("the study's is 'needle'" in problem for problem in problems)
+
+
+def test_paths_are_told_without_ways_up(finished: Path) -> None:
+    volumes = load_study(finished).volumes
+    (finished.parent / "new").mkdir()
+    (finished / "volumes" / "v1.npy").rename(finished.parent / "new" / "v1.npy")
+    change_rules(finished, volumes=(changed(volumes[0], path="../new/v1.npy"), *volumes[1:]))
+    (finished.parent / "new" / "v1.npy").unlink()
+    told = [(path, finding.problem) for path, finding in check_study(finished)]
+    assert finished.parent / "new" / "v1.npy" in [path for path, _ in told]
+    assert not [each for each in told if ".." in f"{each}"]
+
+
 def test_what_check_file_says_of_a_document_is_said(finished: Path, keep: Keep) -> None:
     path = annotation_path(finished, "anna", "v1", "keypoints")
     document, identity = load_annotation(path)
@@ -306,9 +335,14 @@ def test_consensus_whose_sources_changed_or_went_is_stale(finished: Path, keep: 
 def test_locks_of_the_living_are_notes_and_of_the_dead_findings(finished: Path) -> None:
     path = annotation_path(finished, "anna", "v1", "keypoints")
     lock = DocumentLock.acquire(path, "anna")
-    assert only(finished)[:2] == ("annotations/anna/v1.keypoints.json.lock", "note")
+    # The checker's own window is no news to whoever sits before it.
+    assert found(finished) == []
     lock_file = path.with_name(f"{path.name}.lock")
-    fields = json.loads(lock_file.read_text())
+    fields = json.loads(lock_file.read_text()) | {"token": "another window's"}
+    other = psutil.Process(os.getppid())
+    started = other.create_time() - (psutil.boot_time() if sys.platform == "linux" else 0.0)
+    lock_file.write_text(json.dumps(fields | {"process_id": other.pid, "process_started": started}))
+    assert only(finished)[:2] == ("annotations/anna/v1.keypoints.json.lock", "note")
     # No process has a number as high.
     lock_file.write_text(json.dumps(fields | {"process_id": 2**30}))
     _, kind, problem = only(finished)
