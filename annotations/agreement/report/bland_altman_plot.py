@@ -95,7 +95,7 @@ def _draw(axes: "Axes", each: _Compared, method: Method) -> None:
     axes.set_title(
         f"{label_of(each.component)} ({unit})\n{_short(each.first)} − {_short(each.second)}", fontsize=FONT
     )
-    axes.locator_params(axis="x", nbins=3)
+    axes.locator_params(axis="x", nbins=2)
 
 
 def _short(name: str) -> str:

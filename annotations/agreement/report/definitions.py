@@ -21,7 +21,8 @@ def definitions(agreement: Agreement) -> Section:
         ),
         Paragraph(
             "Deviation from the mean of all (the published statistic). For a volume with n annotators and "
-            "their values a₁ … aₙ; for orientations the mean is divided by its length:"
+            "their values a₁ … aₙ; for orientations the mean is divided by its length, and a volume whose "
+            "directions cancel has none:"
         ),
         Formula("mean = (a₁ + … + aₙ) / n,   dᵢ = distance(aᵢ, mean),   deviation = (d₁ + … + dₙ) / n"),
         Paragraph("Leave-one-out deviation: each annotator against the mean of the others."),
@@ -59,7 +60,8 @@ def definitions(agreement: Agreement) -> Section:
         Paragraph(
             "An outlier is a volume that an annotator has further from the mean of the others than the "
             "limit: the median of all these distances plus five robust standard deviations (1.4826 times "
-            "the median absolute deviation)."
+            "the median absolute deviation). The worst volumes are those with the largest ratio of a "
+            "target's deviation to its median over the volumes."
         ),
         Paragraph(
             "Bland–Altman limits of agreement (Bland and Altman, 1986) of a pair of annotators, with the "
@@ -73,6 +75,18 @@ def definitions(agreement: Agreement) -> Section:
             "of annotators."
         ),
         Formula("ICC(2,1) = (MSR − MSE) / (MSR + (k − 1) MSE + k (MSC − MSE) / n)"),
+        Paragraph(
+            "Deviation of annotators from themselves: for each volume and annotator the mean distance over "
+            "all pairs of passes; of all annotators together the mean over the volumes of the mean over "
+            "the annotators of a volume."
+        ),
+        Paragraph(
+            "Keypoints against bounding boxes: Wilcoxon's signed-rank test (1945), two-sided, of the "
+            "volumes' differences, keypoints minus boxes, in the deviation from the mean of all. The effect "
+            "is the matched-pairs rank-biserial correlation (Kerby, 2014), with the sums R₊ and R₋ of the "
+            "ranks of positive and negative differences:"
+        ),
+        Formula("effect = (R₊ − R₋) / (R₊ + R₋)"),
         Paragraph(
             "Included are points that a person placed, also those placed as occluded, out of view or "
             "unsure; every figure is also given without these. Left out are points without a position, and "

@@ -28,6 +28,8 @@ HEAD_IN = 0.66
 LEGEND_IN = 0.28
 _RIGHT_IN = 0.14
 _LEAST_IN = 0.05
+_LARGEST_HINTING = 1.05
+"""By how much letters on a screen, which fit its pixels, may be wider than in print."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class Room:
     left_in : float
         Left of the first ones, for names or numbers.
     gap_in : float
-        Between two columns.
+        Between two columns: numbers below the ends of two axes, each half over the edge, do not touch.
     title_in, ticks_in : float
         Above and below each of the axes.
     legend_in : float
@@ -47,7 +49,7 @@ class Room:
     """
 
     left_in: float = 0.5
-    gap_in: float = 0.14
+    gap_in: float = 0.34
     title_in: float = 0.26
     ticks_in: float = 0.3
     legend_in: float = 0.0
@@ -56,7 +58,7 @@ class Room:
 def room_for(labels: Sequence[str], *, has_legend: bool = False) -> Room:
     """Return the room for names left of the first axes."""
     widest_in = max((line_width_in(label, FONT) for label in labels), default=0.0)
-    return Room(left_in=widest_in + 0.2, legend_in=LEGEND_IN if has_legend else 0.0)
+    return Room(left_in=_LARGEST_HINTING * widest_in + 0.2, legend_in=LEGEND_IN if has_legend else 0.0)
 
 
 def grid(figure: "Surface", count: int, room: Room, columns: int = COLUMNS) -> list["Axes"]:

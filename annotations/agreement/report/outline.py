@@ -18,6 +18,8 @@ from annotations.agreement.report.plots import (
 from annotations.agreement.results import Agreement
 from annotations.documents.record import Method
 
+_FEW_VOLUMES = 10
+
 
 def outline(agreement: Agreement, thumbnails: Mapping[Method, Sequence[Photo]]) -> Contents:
     """Return everything that a report shows.
@@ -110,9 +112,27 @@ def _deviation(agreement: Agreement) -> Section:
         items.append(
             Paragraph("The tool has no pose targets: the deviations are given for each keypoint below.")
         )
+    items += _present(_fewness(agreement))
     if agreement.targets and is_anything_compared(agreement):
         items += [statistics_plot(agreement), volumes_plot(agreement), tables.spread_table(agreement)]
     return Section("deviation", "Deviation between annotators", tuple(items))
+
+
+def _fewness(agreement: Agreement) -> Note | None:
+    """Return a warning where a figure is of few volumes."""
+    numbers = [
+        statistics.published.n
+        for result in agreement.methods.values()
+        for statistics in result.targets.values()
+        if statistics.published.n
+    ]
+    if min(numbers, default=_FEW_VOLUMES) >= _FEW_VOLUMES:
+        return None
+    return Note(
+        f"Some of these figures are of {counted(min(numbers), 'volume')} only. With fewer than "
+        f"{_FEW_VOLUMES} an interval is rough, since a single unusual volume can decide it; of one volume "
+        "there is none."
+    )
 
 
 def _compared(agreement: Agreement) -> Section:

@@ -51,7 +51,7 @@ def statistics_plot(agreement: Agreement) -> Plot:
     rows_named = ["of all", "leave-one-out", "pairwise"]
 
     def draw(figure: "Surface") -> None:
-        room = room_for(rows_named, has_legend=True)
+        room = room_for(rows_named, has_legend=len(methods) > 1)
         for axes, target in zip(grid(figure, len(agreement.targets), room), agreement.targets, strict=True):
             for place, method in enumerate(methods):
                 statistics = agreement.methods[method].targets.get(target, Statistics())
@@ -107,7 +107,7 @@ def bias_plot(agreement: Agreement, method: Method) -> Plot:
         is_signed=True,
         caption=f"{METHODS[method]}: bias of each annotator, the signed mean difference from the mean of the "
         "others, with its 95 % confidence interval. An interval that does not touch the line at zero speaks "
-        "for a systematic difference.",
+        "for a systematic difference; one in twenty does so by chance alone.",
         alternative="Dot plot of each annotator's bias by component; the numbers are in the table of biases.",
     )
 
@@ -141,7 +141,7 @@ def volumes_plot(agreement: Agreement) -> Plot:
     methods = methods_of(agreement)
 
     def draw(figure: "Surface") -> None:
-        room = Room(left_in=0.55, gap_in=0.42, legend_in=LEGEND_IN)
+        room = Room(left_in=0.55, gap_in=0.42, legend_in=LEGEND_IN if len(methods) > 1 else 0.0)
         for axes, target in zip(grid(figure, len(agreement.targets), room), agreement.targets, strict=True):
             for method in methods:
                 _cumulate(axes, agreement.methods[method], target, method)

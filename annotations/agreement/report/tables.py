@@ -91,27 +91,29 @@ def variant_table(agreement: Agreement, variant: str, caption: str) -> Table | N
 
 def annotators_table(agreement: Agreement, method: Method) -> Table:
     """Return how much each annotator did, how far from the others, and how fast."""
+    annotators = agreement.methods[method].annotators
+    seen = any(each.not_blind for each in annotators)
     rows = [
         (
             each.annotator,
             f"{each.documents:,}",
             f"{each.done:,}",
-            f"{each.not_blind:,}",
+            *([f"{each.not_blind:,}"] if seen else []),
             *(_estimate(each.deviation, target) for target in agreement.targets),
             f"{len(each.outliers):,}",
             duration(each.active_seconds.mean),
         )
-        for each in agreement.methods[method].annotators
+        for each in annotators
     ]
     return Table(
         f"{METHODS[method]}: leave-one-out deviation of each annotator, that is the distance from the mean "
         "of the others, mean over the volumes [95 % confidence interval]; outliers; and active time on a "
-        "volume.",
+        f"volume.{' Those that are not blind are left out of everything else here.' if seen else ''}",
         (
             "Annotator",
             "Annotations",
             "Done",
-            "Not blind, left out",
+            *(["Not blind"] if seen else []),
             *map(with_unit, agreement.targets),
             "Outliers",
             "Time per volume",
@@ -288,7 +290,8 @@ def comparison_table(agreement: Agreement) -> Table | None:
     return Table(
         "Keypoints minus bounding boxes on the same volumes, in the deviation from the mean of all: mean "
         "difference [95 % confidence interval], paired test, and effect (matched-pairs rank-biserial "
-        "correlation; 1 where keypoints are further apart on every volume, −1 where boxes are).",
+        "correlation; 1 where keypoints are further apart on every volume, −1 where boxes are). The p-values "
+        "are each target's own, not adjusted for their number.",
         ("Target", "Difference", "n", "Test", "p", "Effect"),
         tuple(rows),
         words=frozenset({3}),

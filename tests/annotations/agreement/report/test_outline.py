@@ -1,8 +1,11 @@
 import hashlib
 from typing import Any
 
+from annotations.agreement.report.contents import Note
 from annotations.agreement.report.outline import fingerprint, in_words, is_anything_compared, outline
+from annotations.agreement.report.tables import annotators_table
 from annotations.agreement.results import Agreement
+from annotations.documents.record import changed
 
 
 def test_the_deviation_comes_first_and_the_inputs_last(agreement: Agreement) -> None:
@@ -32,3 +35,24 @@ def test_the_fingerprint_of_all_inputs_does_not_hang_on_their_order(agreement: A
 
     assert fingerprint(turned) == fingerprint(agreement) != fingerprint(fewer)
     assert fingerprint(fewer) == hashlib.sha256(line.encode()).hexdigest()
+
+
+def test_figures_of_few_volumes_come_with_a_warning(make: Any, empty: Agreement) -> None:
+    def notes(agreement: Agreement) -> list[str]:
+        first = outline(agreement, {}).sections[0]
+        return [item.text for item in first.items if isinstance(item, Note) and "of one volume" in item.text]
+
+    assert ["of 9 volumes only" in note for note in notes(make(volumes=9))] == [True]
+    assert notes(make(volumes=10)) == []
+    assert notes(empty) == []
+
+
+def test_who_is_left_out_as_not_blind_is_counted_by_person_where_there_is_one(agreement: Agreement) -> None:
+    result = agreement.methods["keypoints"]
+    some = [changed(each, not_blind=3 * place) for place, each in enumerate(result.annotators)]
+    seen = changed(agreement, methods={"keypoints": changed(result, annotators=tuple(some))})
+
+    table = annotators_table(seen, "keypoints")
+
+    assert [row[table.columns.index("Not blind")] for row in table.rows] == ["0", "3", "6"]
+    assert "Not blind" not in annotators_table(agreement, "keypoints").columns

@@ -1,9 +1,11 @@
+from itertools import pairwise
 from typing import Any
 
 import pytest
 
 from annotations.agreement.report.bland_altman_plot import bland_altman_plot, pair_plot
 from annotations.agreement.report.contents import Plot
+from annotations.agreement.report.marks import WIDTH_IN, dress, grid, room_for
 from annotations.agreement.report.pictures import picture_bytes
 from annotations.agreement.report.plots import (
     bias_plot,
@@ -47,6 +49,27 @@ def test_annotators_are_named_in_their_order(agreement: Agreement) -> None:
     assert [label.get_text() for label in first.get_yticklabels()][0::2] == ["anna", "chiara"]
     low, high = first.get_ylim()
     assert low > high
+
+
+def test_numbers_below_neighbouring_axes_do_not_touch() -> None:
+    from matplotlib.figure import Figure
+
+    for values in ((0.0, 200.0), (-1000.0, 1000.0), (0.25, 1.25)):
+        figure = Figure(figsize=(WIDTH_IN, 1.5))
+        cells = grid(figure, 4, room_for(["anna"]))
+        for axes in cells:
+            axes.set_xlim(*values)
+            dress(axes, "Position", "µm")
+        figure.draw_without_rendering()
+        spans = [
+            (box.x0, box.x1)
+            for axes in cells
+            for label, place in zip(axes.get_xticklabels(), axes.get_xticks(), strict=True)
+            if values[0] <= place <= values[1]
+            for box in [label.get_window_extent()]
+        ]
+        assert len(spans) >= 12
+        assert all(left[1] < right[0] for left, right in pairwise(spans))
 
 
 def test_keypoints_are_shown_whole_along_and_across(agreement: Agreement) -> None:
