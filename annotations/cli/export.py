@@ -52,7 +52,7 @@ def _in_words(exported: Exported) -> str:
         f"  {exported.rows} row{'s' if exported.rows > 1 else ''} by {exported.method}; volumes: {volumes}",
     ]
     for kind, words in (
-        ("unannotated", "volumes that nobody has annotated"),
+        ("unannotated", "volumes without such an annotation"),
         ("unfinished", "annotations that are not done"),
     ):
         count = sum(one.kind == kind for one in exported.left_out)

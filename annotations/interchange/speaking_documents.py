@@ -173,7 +173,8 @@ def _of_volume(
             return
     found += [_read(volume, one, tool, tool_folders, choice) for one in candidates]
     if not found:
-        yield LeftOut(volume.id, "unannotated", f"nobody has annotated it by {choice.method}")
+        who = "nobody has" if choice.annotator is None else f"{choice.annotator} has not"
+        yield LeftOut(volume.id, "unannotated", f"{who} annotated it by {choice.method}")
     documents = [one for one in found if isinstance(one, SpeakingDocument)]
     if not choice.every and len(documents) > 1:
         names = ", ".join(document.annotator for document in documents)

@@ -41,7 +41,7 @@ FILES: dict[str, tuple[str, ...]] = {
     "intra.csv": ("method", "annotator", "target", "unit", *_ESTIMATE),
     "volumes.csv": ("method", "volume", "annotators", "target", "unit", "deviation", "rank", "reasons"),
     "turned_boxes.csv": ("method", "volume", "link", "annotator"),
-    "counts.csv": ("method", "what", "count"),
+    "counts.csv": ("method", "annotator", "what", "count"),
     "method_comparison.csv": ("target", "unit", *_ESTIMATE, "test", "p_value", "effect"),
     "left_out.csv": ("path", "reason"),
     "inputs.csv": ("path", "volume", "annotator", "method", "repeat", "status", "sha256"),
@@ -208,7 +208,10 @@ def _turned_boxes(agreement: Agreement) -> Iterator[Row]:
 def _counts(agreement: Agreement) -> Iterator[Row]:
     for method, result in agreement.methods.items():
         for what, count in result.counts.model_dump().items():
-            yield (method, what, count)
+            yield (method, None, what, count)
+        for each in result.annotators:
+            for what in ("documents", "done", "not_blind"):
+                yield (method, each.annotator, what, getattr(each, what))
 
 
 def _method_comparison(agreement: Agreement) -> Iterator[Row]:

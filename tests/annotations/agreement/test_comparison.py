@@ -12,6 +12,7 @@ from annotations.agreement.results import Agreement, Figures
 from annotations.agreement.standing import STANDINGS
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool import ToolSpecification
+from tests.annotations.agreement.written import document, write
 
 RESAMPLES = 100
 
@@ -241,3 +242,19 @@ def assert_reads_back(agreement: Agreement) -> None:
         assert not isinstance(value, float) or math.isfinite(value)
 
     check(agreement.model_dump())
+
+
+def test_two_who_use_a_method_each_are_compared_in_nothing(tmp_path: Path) -> None:
+    for volume in ("v1", "v2"):
+        write(tmp_path / f"{volume}.json", document("anna", volume))
+        write(tmp_path / f"also {volume}.json", document("ben", volume, "boxes"))
+
+    agreement = agreement_of(tmp_path, resamples=RESAMPLES)
+
+    assert agreement.annotators == ("anna", "ben")
+    for method, by_whom in (("keypoints", [2, 0]), ("boxes", [0, 2])):
+        result = agreement.methods[method]
+        assert {statistics.published.n for statistics in result.targets.values()} == {0}
+        assert [each.documents for each in result.annotators] == by_whom
+        assert (result.pairs, result.volumes) == ((), ())
+    assert {test.difference.n for test in agreement.method_comparison.values()} == {0}

@@ -280,6 +280,7 @@ def test_one_annotator_can_speak_for_all(make_study: MakeStudy, tmp_path: Path) 
 
     assert read_hdf5(tmp_path / "t.h5")[0]["document/annotator"].tolist() == ["ben"]
     assert reasons(exported) == [("v002", "unannotated")]
+    assert exported.left_out[0].reason == "ben has not annotated it by keypoints"
 
 
 def test_every_annotation_gives_a_row_each_in_the_split_of_its_volume(

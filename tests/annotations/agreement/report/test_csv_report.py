@@ -75,6 +75,17 @@ def test_the_limits_of_a_pair_are_told_apart(agreement: Agreement) -> None:
     assert (float(row["limit_high_ci95_low"]), float(row["limit_high_ci95_high"])) == limits.high_ci95
 
 
+def test_documents_are_counted_together_and_by_annotator(agreement: Agreement) -> None:
+    rows = [
+        (row["annotator"], row["count"])
+        for row in rows_of(agreement, "counts.csv")
+        if (row["method"], row["what"]) == ("boxes", "documents")
+    ]
+    result = agreement.methods["boxes"]
+    assert rows[0] == ("", str(result.counts.documents))
+    assert rows[1:] == [(each.annotator, str(each.documents)) for each in result.annotators]
+
+
 def test_names_stay_as_they_are(agreement: Agreement) -> None:
     assert {row["annotator"] for row in rows_of(agreement, "annotators.csv")} == set(agreement.annotators)
     assert rows_of(agreement, "left_out.csv")[0]["path"] == agreement.left_out[0].path
