@@ -77,6 +77,11 @@ class DocumentFile:
         self._stamps = changed(self._stamps, viewings=(*self._stamps.viewings, viewing))
         self.owes_stamps = True
 
+    def forget_viewing(self, viewing: Viewing) -> None:
+        """Take back what was noted last: it could not be written, and so was not shown."""
+        viewings = tuple(each for each in self._stamps.viewings if each is not viewing)
+        self._stamps = changed(self._stamps, viewings=viewings)
+
     def note_reopening(self, moment: datetime) -> None:
         """Write down, likewise, that the document was changed after the others' work could be seen."""
         if self._stamps.reopened is None:

@@ -85,8 +85,14 @@ class SessionSaving(SessionPosing):
     def _write_viewing(self, viewing: Viewing) -> bool:
         if self._file is None:
             return False
+        owed = self._file.owes_stamps
         self._file.note_viewing(viewing)
-        return self.save()
+        if self.save():
+            return True
+        # Else the next wish to look would find it noted already, and nothing in the file.
+        self._file.forget_viewing(viewing)
+        self._file.owes_stamps = owed
+        return False
 
     def _is_saved(self) -> bool:
         self.settle_typing()

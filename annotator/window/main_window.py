@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QShowEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
 
@@ -47,9 +47,6 @@ from annotator.window.view_handlers import ViewHandlers
 from annotator.window.window_handlers import WindowHandlers
 
 _TITLE = "OCT Annotator"
-_FIRST_SIZE = QSize(1600, 1000)
-# What the system's frame takes: it is drawn around the window only after that is shown.
-_FRAME_SIZE = QSize(16, 56)
 # As many as a small window has room for; the menu has them all.
 _RECENT_ON_START_PAGE = 4
 
@@ -150,7 +147,7 @@ class MainWindow(QMainWindow):
         self._make_tool_bar()
         self._start_page = self._make_start_page()
         self._connect()
-        self._restore_layout()
+        self._parts.restore_layout()
         self._draw_actions()
         self._draw_title()
         self._draw_centre()
@@ -220,10 +217,7 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self._display_memory.write()
-        self._settings.window_geometry = self.saveGeometry()
-        self._settings.window_state = self.saveState()
-        self._settings.panes_state = self.four_up.state()
-        self._settings.flush()
+        self._parts.write_layout()
         self.session.close_volume()
         self.fetcher.close()
         self.scene.shut_down()
@@ -291,13 +285,6 @@ class MainWindow(QMainWindow):
         session.save_state_changed.connect(self._on_session_save_state_changed)
         session.undo_stack.indexChanged.connect(self._on_undo_stack_index_changed)
         session.jobs.job_changed.connect(self._on_jobs_job_changed)
-
-    def _restore_layout(self) -> None:
-        self.resize(_FIRST_SIZE.boundedTo(self.screen().availableSize() - _FRAME_SIZE))
-        if not self._settings.window_geometry.isEmpty():
-            self.restoreGeometry(self._settings.window_geometry)
-        if not self._settings.panes_state.isEmpty():
-            self.four_up.restore(self._settings.panes_state)
 
     def _draw_actions(self) -> None:
         state = state_of(self.session, self._settings.recent_paths)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QUrl
+from PySide6.QtCore import QByteArray, QSize, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
@@ -17,6 +17,10 @@ from annotator.session import Session
 from annotator.settings import Settings
 from annotator.window.four_up import FourUp
 from annotator.window.questions import Questions
+
+_FIRST_SIZE = QSize(1600, 1000)
+# What the system's frame takes: it is drawn around the window only after that is shown.
+_FRAME_SIZE = QSize(16, 56)
 
 
 class WindowHandlers:
@@ -75,6 +79,22 @@ class WindowHandlers:
             # Behind another tab is not closed.
             if not dock.isHidden():
                 yield f"panel_{name}"
+
+    def restore_layout(self) -> None:
+        """Give the window the size and the panes that it had last; its docks come once it is shown."""
+        window, settings = self._window, self._settings
+        window.resize(_FIRST_SIZE.boundedTo(window.screen().availableSize() - _FRAME_SIZE))
+        if not settings.window_geometry.isEmpty():
+            window.restoreGeometry(settings.window_geometry)
+        if not settings.panes_state.isEmpty():
+            self._four_up.restore(settings.panes_state)
+
+    def write_layout(self) -> None:
+        """Write the layout into the settings, for the next start."""
+        self._settings.window_geometry = self._window.saveGeometry()
+        self._settings.window_state = self._window.saveState()
+        self._settings.panes_state = self._four_up.state()
+        self._settings.flush()
 
     def keep_layout(self) -> None:
         """Remember the present layout as the one to come back to."""

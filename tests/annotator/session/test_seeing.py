@@ -15,6 +15,7 @@ from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
 from annotations.documents.recovery import find_recoveries
 from annotations.documents.study import ViewingRules, load_study, save_study
+from annotations.durable_files import SaveError
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from tests.annotator.blind_study import annotate, write_study
@@ -113,6 +114,25 @@ def test_what_is_shown_is_written_at_once_and_once(annas: Session) -> None:
     annas.undo()
     annas.save()
     assert len(on_disk(annas).viewings) == 2
+
+
+def test_on_a_full_disk_nothing_is_shown_however_often_it_is_asked_for(
+    qtbot: QtBot, annas: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    annas.set_status("done")
+
+    def fail(*_: object, **__: object) -> None:
+        raise SaveError("the disk is full")
+
+    with monkeypatch.context() as full:
+        full.setattr("annotator.session.document_file.save_annotation", fail)
+        for _ in range(2):
+            with qtbot.waitSignal(annas.error_raised):
+                assert not annas.seeing.note_shown("annotations")
+    assert annas.viewings == ()
+    assert not annas.unsaved
+    assert annas.seeing.note_shown("annotations")
+    assert [viewing.status for viewing in on_disk(annas).viewings] == ["done"]
 
 
 def test_what_may_not_be_seen_is_not_noted_as_shown(annas: Session) -> None:

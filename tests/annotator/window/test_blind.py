@@ -111,6 +111,8 @@ def blind(
     qtbot: QtBot, empty_session: Session, folder: Path, make_window: Callable[..., MainWindow]
 ) -> MainWindow:
     """A window on the study, opened as a person opens it."""
+    # All tests share one: what another one has copied is not this window's.
+    QGuiApplication.clipboard().clear()
     window = make_window(empty_session)
     with qtbot.waitSignal(empty_session.volume_changed):
         window.open_path(folder)
