@@ -55,7 +55,7 @@ def definitions(agreement: Agreement) -> Section:
             "first where the direction goes when it turns about the volume's +z, the second where it tilts "
             "towards +z. For bias and limits it is the mean direction of each volume, for the ICC and for "
             "what Bland–Altman plots show to the right that of all volumes. Bias is an annotator's value "
-            "minus the mean of the others', averaged over the volumes."
+            "minus the mean of the others', averaged over the volumes; spread is the SD of these differences."
         ),
         Paragraph(
             "An outlier is a volume that an annotator has further from the mean of the others than the "

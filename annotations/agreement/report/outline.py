@@ -193,7 +193,11 @@ def _annotators(agreement: Agreement) -> Section | None:
         if agreement.targets:
             items.append(deviation_plot(agreement, method))
         if agreement.components:
-            items += [tables.bias_table(agreement, method), bias_plot(agreement, method)]
+            items += [
+                tables.bias_table(agreement, method),
+                bias_plot(agreement, method),
+                tables.scatter_table(agreement, method),
+            ]
         items += _present(tables.outliers_table(agreement, method))
     return Section("annotators", "Annotators", tuple(items)) if items else None
 

@@ -139,6 +139,25 @@ def bias_table(agreement: Agreement, method: Method) -> Table:
     )
 
 
+def scatter_table(agreement: Agreement, method: Method) -> Table:
+    """Return how much each annotator's differences from the mean of the others scatter, by component."""
+    return Table(
+        f"{METHODS[method]}: spread of each annotator, the standard deviation (n − 1), over the volumes, of "
+        "the signed differences from the mean of the others.",
+        ("Annotator", *map(with_unit, agreement.components)),
+        tuple(
+            (
+                each.annotator,
+                *(
+                    number(each.bias.get(component, Estimate()).sd, unit_of(component))
+                    for component in agreement.components
+                ),
+            )
+            for each in agreement.methods[method].annotators
+        ),
+    )
+
+
 def outliers_table(agreement: Agreement, method: Method) -> Table | None:
     """Return the volumes that an annotator has much further from the others than usual."""
     found = [

@@ -206,11 +206,32 @@ def test_a_comparison_says_how_far_it_is_and_can_be_cancelled(
     assert all(0 <= share <= 1 for share in shares)
     with pytest.raises(Cancelled):
         compare(material_of(noisy), cancelled=lambda: True)
+    noisy.positions_um[3, 2] += 5000.0
+    # After the last step the worst volumes are looked into, one by one.
+    answers = iter([*[False] * len(set(shares[:-1])), True])
+    with pytest.raises(Cancelled):
+        compare(material_of(noisy), resamples=RESAMPLES, cancelled=lambda: next(answers))
 
 
 def test_a_folder_is_collected_and_compared(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="no annotation file"):
         agreement_of(tmp_path)
+
+
+def test_two_who_use_a_method_each_are_compared_in_nothing(tmp_path: Path) -> None:
+    for volume in ("v1", "v2"):
+        write(tmp_path / f"{volume}.json", document("anna", volume))
+        write(tmp_path / f"also {volume}.json", document("ben", volume, "boxes"))
+
+    agreement = agreement_of(tmp_path, resamples=RESAMPLES)
+
+    assert agreement.annotators == ("anna", "ben")
+    for method, by_whom in (("keypoints", [2, 0]), ("boxes", [0, 2])):
+        result = agreement.methods[method]
+        assert {statistics.published.n for statistics in result.targets.values()} == {0}
+        assert [each.documents for each in result.annotators] == by_whom
+        assert (result.pairs, result.volumes) == ((), ())
+    assert {test.difference.n for test in agreement.method_comparison.values()} == {0}
 
 
 def only_volumes(compared: Compared, number: int) -> Compared:
@@ -242,19 +263,3 @@ def assert_reads_back(agreement: Agreement) -> None:
         assert not isinstance(value, float) or math.isfinite(value)
 
     check(agreement.model_dump())
-
-
-def test_two_who_use_a_method_each_are_compared_in_nothing(tmp_path: Path) -> None:
-    for volume in ("v1", "v2"):
-        write(tmp_path / f"{volume}.json", document("anna", volume))
-        write(tmp_path / f"also {volume}.json", document("ben", volume, "boxes"))
-
-    agreement = agreement_of(tmp_path, resamples=RESAMPLES)
-
-    assert agreement.annotators == ("anna", "ben")
-    for method, by_whom in (("keypoints", [2, 0]), ("boxes", [0, 2])):
-        result = agreement.methods[method]
-        assert {statistics.published.n for statistics in result.targets.values()} == {0}
-        assert [each.documents for each in result.annotators] == by_whom
-        assert (result.pairs, result.volumes) == ((), ())
-    assert {test.difference.n for test in agreement.method_comparison.values()} == {0}

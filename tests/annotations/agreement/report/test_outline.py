@@ -3,7 +3,7 @@ from typing import Any
 
 from annotations.agreement.report.contents import Note
 from annotations.agreement.report.outline import fingerprint, in_words, is_anything_compared, outline
-from annotations.agreement.report.tables import annotators_table
+from annotations.agreement.report.tables import annotators_table, scatter_table
 from annotations.agreement.results import Agreement
 from annotations.documents.record import changed
 
@@ -56,3 +56,12 @@ def test_who_is_left_out_as_not_blind_is_counted_by_person_where_there_is_one(ag
 
     assert [row[table.columns.index("Not blind")] for row in table.rows] == ["0", "3", "6"]
     assert "Not blind" not in annotators_table(agreement, "keypoints").columns
+
+
+def test_the_spread_of_an_annotator_is_that_around_the_bias(agreement: Agreement) -> None:
+    table = scatter_table(agreement, "boxes")
+
+    assert table.columns[:2] == ("Annotator", "Position x (µm)")
+    for row, each in zip(table.rows, agreement.methods["boxes"].annotators, strict=True):
+        assert row[1] == f"{each.bias['position_x_um'].sd:.1f}"
+        assert row[-1] == f"{each.bias['theta2_deg'].sd:.2f}"
