@@ -17,7 +17,7 @@ def test_scene_comes_after_the_window(qtbot, window):
     assert not window.scene.isVisible()
     assert window.findChild(QLabel, "scene_waiting").isVisible()
     window.prepare_scene()
-    qtbot.waitUntil(window.scene.isVisible)
+    qtbot.waitUntil(window.scene.isVisible, timeout=30_000)
     assert window.scene.picture().width() > 100
 
 
