@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from annotations.documents.files import load_annotation
+from annotations.documents.queue import queue
 from annotations.documents.study import AnnotationName, Study, annotation_path
 from annotations.errors import UserError
+
+_NEVER = "In this study annotators do not see each other's work"
 
 
 @dataclass(frozen=True)
@@ -33,34 +36,53 @@ FREE = Permission(may_see=True)
 """Outside a study nobody is kept from seeing anything."""
 
 
-def while_at_work(study: Study) -> Permission:
+def while_at_work(study: Study, person: str) -> Permission:
     """Return what an annotator may see of a volume as long as the own work on it is not done."""
-    reason = "Your own annotation of this volume is not done yet"
+    if study.viewing.others == "never" and not study.is_reviewer(person):
+        reason = _NEVER
+    elif _has_repeats(study):
+        # The same words for every volume: which ones come again is not to be known.
+        reason = "You see the others' work once all of your own in this study is done"
+    elif len(study.methods_of(person)) > 1:
+        reason = "Your own annotation of this volume is not done yet by each of your methods"
+    else:
+        reason = "Your own annotation of this volume is not done yet"
     return Permission(may_see=False, may_look=study.viewing.may_look, reason=reason)
 
 
 def permission(study: Study, folder: Path, person: str, volume_id: str) -> Permission:
     """Return what a person may see of a volume; the files of that person are read.
 
-    A person's own work on a volume is done when every pass by each of their methods is: whoever has seen
-    the others' keypoints does not place boxes blindly any more.
+    A person's own work on a volume is done when it is by each of their methods: whoever has seen the others'
+    keypoints does not place boxes blindly any more. Where volumes come again, it is all of the person's work
+    in the study that must be done: else what is shown would tell which of them are still to come.
     """
     if study.is_reviewer(person) and person not in study.annotators:
         return FREE
     if any(True for _ in _unfinished(study, folder, person, volume_id)):
-        return while_at_work(study)
+        return while_at_work(study, person)
     if study.viewing.others == "never" and not study.is_reviewer(person):
-        return Permission(may_see=False, reason="In this study annotators do not see each other's work")
+        return Permission(may_see=False, reason=_NEVER)
     return FREE
 
 
+def _has_repeats(study: Study) -> bool:
+    return any(volume.repeats for volume in study.volumes)
+
+
 def _unfinished(study: Study, folder: Path, person: str, volume_id: str) -> Iterator[AnnotationName]:
-    volume = study.volume(volume_id)
     for method in study.methods_of(person):
-        for repeat in range(volume.repeats + 1):
-            status = None
-            with contextlib.suppress(UserError):
-                path = annotation_path(folder, person, volume_id, method, repeat)
-                status = load_annotation(path)[0].status
-            if status != "done":
-                yield AnnotationName(volume_id, method, repeat)
+        # From the end: that is where most is left, and the first that is found is enough.
+        for place in reversed(queue(study, person, method)):
+            if place.volume.id == volume_id or _has_repeats(study):
+                name = AnnotationName(place.volume.id, method, place.repeat)
+                if not _is_done(annotation_path(folder, person, name.volume_id, method, name.repeat)):
+                    yield name
+
+
+def _is_done(path: Path) -> bool:
+    with contextlib.suppress(UserError):
+        document, _ = load_annotation(path)
+        # An empty one that is called done is no work of one's own.
+        return document.status == "done" and any(part.anchor_um is not None for part in document.parts)
+    return False

@@ -1,14 +1,15 @@
 """The queue: in which order an annotator meets the volumes of a study, and under which numbers."""
 
 import hashlib
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from annotations.documents.record import Method
 from annotations.documents.study import CONSENSUS, Study, StudyVolume
 
-# Of the stretch of the queue that each pass over a volume falls into: so two passes over one volume are never
-# next to each other.
-_USED_SHARE = 0.7
+# Of a batch's queue: at least so much lies between two passes over one volume, where there is room for it.
+_GAP_SHARE = 0.25
 
 
 @dataclass(frozen=True)
@@ -33,30 +34,62 @@ def queue(study: Study, annotator: str, method: Method) -> tuple[QueuePlace, ...
     """Return what an annotator is to do by one method, in order.
 
     A shuffled order depends on the study's seed, the annotator, the method and the volumes' ids alone, so
-    that everyone gets the same one again whichever way the volumes are listed. Repeats are spread among the
-    first passes: a volume that comes m times comes once in each m-th of its batch's queue. The consensus is
-    settled once for each volume, in the order of the file.
+    that everyone gets the same one again whichever way the volumes are listed. Every pass is drawn its own
+    place, so that no stretch of the queue tells a repeat; where two over one volume are too close together,
+    the later drawn one moves to the nearest place that is not. In the listed order the repeats come at the
+    end. The consensus is settled once for each volume, in the order of the file.
     """
     is_consensus = annotator == CONSENSUS
-    passes = [
-        (volume, repeat, position)
-        for position, volume in enumerate(study.volumes)
-        for repeat in range(1 if is_consensus else volume.repeats + 1)
-    ]
+    passes: list[StudyVolume] = []
+    for batch in sorted({volume.batch for volume in study.volumes}):
+        volumes = [volume for volume in study.volumes if volume.batch == batch]
+        if is_consensus:
+            passes += volumes
+        elif study.order == "listed":
+            most = max(volume.repeats for volume in volumes)
+            passes += [volume for repeat in range(most + 1) for volume in volumes if volume.repeats >= repeat]
+        else:
+            passes += _shuffled(volumes, lambda *what: _drawn(study.seed, annotator, method, *what))
+    met: Counter[str] = Counter()
+    places = []
+    for number, volume in enumerate(passes, start=1):
+        places.append(QueuePlace(number, volume, met[volume.id]))
+        met[volume.id] += 1
+    return tuple(places)
 
-    def place(one: tuple[StudyVolume, int, int]) -> tuple[float, ...]:
-        volume, repeat, position = one
-        if study.order == "listed" or is_consensus:
-            return (volume.batch, repeat, position)
-        drawn = _drawn(study.seed, annotator, method, volume.id, repeat)
-        if volume.repeats:
-            drawn *= _USED_SHARE
-        return (volume.batch, (repeat + drawn) / (volume.repeats + 1))
 
-    passes.sort(key=place)
-    return tuple(
-        QueuePlace(number, volume, repeat) for number, (volume, repeat, _) in enumerate(passes, start=1)
+def _shuffled(volumes: Sequence[StudyVolume], drawn: Callable[[str, int], float]) -> list[StudyVolume]:
+    """Return every pass over the volumes of a batch in the order of their drawn numbers, but well apart."""
+    draws = sorted(
+        (drawn(volume.id, repeat), repeat, volume.id)
+        for volume in volumes
+        for repeat in range(volume.repeats + 1)
     )
+    by_id = {volume.id: volume for volume in volumes}
+    order = [volume_id for _, repeat, volume_id in draws if not repeat]
+    for rank, (_, repeat, volume_id) in enumerate(draws):
+        if repeat:
+            room = (len(draws) - 1) // by_id[volume_id].repeats - 1
+            gap = min(round(_GAP_SHARE * len(draws)), room)
+            order.insert(_place_apart(order, volume_id, rank, gap), volume_id)
+    return [by_id[volume_id] for volume_id in order]
+
+
+def _place_apart(order: Sequence[str], volume_id: str, wanted: int, gap: int) -> int:
+    """Return the place nearest to the wanted one that leaves a gap between equals; else the widest gap."""
+    others: list[int] = []
+    for _ in range(order.count(volume_id)):
+        others.append(order.index(volume_id, others[-1] + 1 if others else 0))
+
+    def between(place: int) -> int:
+        # What stands at the place and after it moves on by one.
+        return min(abs(place - other) - (place > other) for other in others)
+
+    for away in range(len(order) + 1):
+        for place in (wanted - away, wanted + away):
+            if 0 <= place <= len(order) and between(place) >= gap:
+                return place
+    return max(range(len(order) + 1), key=between)
 
 
 def _drawn(seed: int, annotator: str, method: Method, volume_id: str, repeat: int) -> float:

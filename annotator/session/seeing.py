@@ -121,7 +121,7 @@ class Seeing(QObject):
         document = self._session.document
         if document is not None and document.status != "done" and _is_annotators(worklist):
             # Its file may still say done, as long as an undo is not saved.
-            return while_at_work(worklist.study)
+            return while_at_work(worklist.study, worklist.annotator)
         # Of whoever works here: the consensus is nobody's own.
         person = self._session.person if worklist.annotator == CONSENSUS else worklist.annotator
         return permission(worklist.study, worklist.folder, person, volume_id)

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from annotations.documents.annotation import new_annotation
-from annotations.documents.edits import set_status
+from annotations.documents.edits import place_box, place_keypoint, set_status
 from annotations.documents.files import load_annotation, save_annotation, ships
 from annotations.documents.record import Method, Status
 from annotations.documents.study import (
@@ -16,10 +16,12 @@ from annotations.documents.study import (
     save_study,
 )
 from annotations.documents.volume_link import reference_to
+from annotations.geometry.boxes import Box
 from annotations.geometry.tool_library import find_tool
 from annotations.volumes import fingerprint, open_volume
 from tests.annotator.conftest import SPACING_UM, write_volume
 
+POSITION_UM = (100.0, 110.0, 120.0)
 IDS = ("porcine-liver", "kidney_07", "first")
 TELLING = re.compile(
     r"porcine|liver|kidney|left[ ]side|\.npy|\.json|volumes/|annotations/|\brepeat|\bpass \d", re.IGNORECASE
@@ -33,14 +35,17 @@ def write_study(
     blind: bool = True,
     methods: tuple[Method, ...] = ("keypoints",),
     viewing: ViewingRules | None = None,
+    repeats: bool = True,
 ) -> Path:
-    """Write a study of anna and ben, and its volumes; all but the last are met twice."""
+    """Write a study of anna and ben, and its volumes; all but the last are met twice, if any is."""
     (folder / "volumes" / "left side").mkdir(parents=True)
     volumes = []
     for number, name in enumerate(IDS):
         path = f"volumes/left side/{name}.npy"
         write_volume(folder / path, seed=number)
-        volumes.append(StudyVolume(id=name, path=path, spacing_um=SPACING_UM, repeats=int(number < 2)))
+        volumes.append(
+            StudyVolume(id=name, path=path, spacing_um=SPACING_UM, repeats=int(repeats and number < 2))
+        )
     study = Study(
         title="Pilot",
         tool="magnetic-forceps",
@@ -65,7 +70,7 @@ def annotate(
     method: Method = "keypoints",
     status: Status = "done",
 ) -> Path:
-    """Write somebody's annotation of a volume, in which nothing is placed, and return its path."""
+    """Write somebody's annotation of a volume, with its first part placed if it is done; return its path."""
     study = load_study(folder)
     path = annotation_path(folder, annotator, volume_id, method, repeat)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -74,6 +79,11 @@ def annotate(
     volume.close()
     tool = find_tool(study.tool, ())
     document = new_annotation(reference, tool, annotator, method, ships=ships(tool), repeat=repeat)
+    if status == "done" and method == "keypoints":
+        document = place_keypoint(document, tool.keypoint_names[0], POSITION_UM, "clicked")
+    elif status == "done":
+        box = Box(POSITION_UM, (900.0, 400.0, 400.0), (1.0, 0.0, 0.0, 0.0))
+        document = place_box(document, tool.links[0].name, box, "clicked")
     expected = load_annotation(path)[1] if path.exists() else ""
     save_annotation(set_status(document, status), path, expected=expected)
     return path

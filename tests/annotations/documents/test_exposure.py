@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from annotations.documents.annotation import VolumeReference, new_annotation, stamped
+from annotations.documents.edits import place_keypoint
 from annotations.documents.exposure import exposure
 from annotations.documents.files import save_annotation
 from annotations.documents.provenance import NO_STAMPS, Stamps, Viewing
@@ -40,6 +41,8 @@ def write(
     document = new_annotation(
         reference, find_tool("needle", ()), annotator, method, ships=True, repeat=repeat
     )
+    if method == "keypoints":
+        document = place_keypoint(document, "tip", (1.0, 2.0, 3.0), "clicked")
     path = annotation_path(folder, annotator, volume_id, method, repeat)
     path.parent.mkdir(parents=True, exist_ok=True)
     save_annotation(stamped(changed(document, status=status), stamps), path, expected="")
@@ -52,6 +55,8 @@ def test_others_can_be_seen_from_when_every_pass_is_done_and_there_is_something_
     write(tmp_path, "ben", "v10")
     assert not exposure(STUDY, tmp_path, "anna", "v1").could_see
     write(tmp_path, "ben", status="in_progress")
+    assert not exposure(STUDY, tmp_path, "anna", "v1").could_see
+    write(tmp_path, "anna", "v10")
     assert not exposure(STUDY, tmp_path, "anna", "v1").could_see
     write(tmp_path, "anna", repeat=1)
     assert exposure(STUDY, tmp_path, "anna", "v1").could_see

@@ -3,13 +3,17 @@ from pathlib import Path
 
 import pytest
 
-from annotations.documents.annotation import Annotation
+from annotations.documents.annotation import Annotation, with_all_parts
+from annotations.documents.edits import place_box, place_keypoint
 from annotations.documents.files import save_annotation
 from annotations.documents.permission import FREE, permission
 from annotations.documents.record import Method, Status, changed
 from annotations.documents.study import Study, StudyVolume, ViewingRules, annotation_path
 from annotations.documents.study_building import with_rules
+from annotations.geometry.boxes import Box
+from annotations.geometry.tool_library import shipped_tools
 
+FORCEPS = shipped_tools()["magnetic-forceps"]
 STUDY = Study(
     title="trial",
     tool="magnetic-forceps",
@@ -17,7 +21,7 @@ STUDY = Study(
     annotators=("anna", "ben"),
     assignments={"ben": ("keypoints",)},
     volumes=(
-        StudyVolume(id="v001", path="volumes/v001.npy", repeats=1),
+        StudyVolume(id="v001", path="volumes/v001.npy"),
         StudyVolume(id="v002", path="volumes/v002.npy"),
     ),
 )
@@ -25,16 +29,31 @@ STUDY = Study(
 Keep = Callable[..., Path]
 
 
+def begun(document: Annotation, method: Method) -> Annotation:
+    """Return the document by a method with its first part placed."""
+    if method == "keypoints":
+        return place_keypoint(document, "k0", (1.0, 2.0, 3.0), "clicked")
+    empty = with_all_parts(changed(document, method=method, keypoints=()), FORCEPS)
+    box = Box((1.0, 2.0, 3.0), (9.0, 4.0, 4.0), (1.0, 0.0, 0.0, 0.0))
+    return place_box(empty, FORCEPS.links[0].name, box, "clicked")
+
+
 @pytest.fixture
 def keep(tmp_path: Path, document: Annotation) -> Keep:
     """Write somebody's annotation of a volume."""
 
-    def keep(person: str, volume_id: str, method: Method, repeat: int = 0, status: Status = "done") -> Path:
+    def keep(
+        person: str,
+        volume_id: str,
+        method: Method,
+        repeat: int = 0,
+        status: Status = "done",
+        is_placed: bool = True,
+    ) -> Path:
         path = annotation_path(tmp_path, person, volume_id, method, repeat)
-        kept = changed(
-            document, annotator=person, method=method, repeat=repeat, status=status, keypoints=(), boxes=()
-        )
-        save_annotation(kept, path, expected="")
+        placed = begun(document, method) if is_placed else changed(document, method=method, keypoints=())
+        kept = changed(placed, annotator=person, repeat=repeat, status=status)
+        save_annotation(kept, path, expected="", overwrite=True)
         return path
 
     return keep
@@ -42,37 +61,49 @@ def keep(tmp_path: Path, document: Annotation) -> Keep:
 
 @pytest.fixture
 def anna_is_done(keep: Keep) -> None:
-    """Every pass by each of anna's methods over v001."""
+    """The work of each of anna's methods on v001."""
     for method in ("keypoints", "boxes"):
-        for repeat in (0, 1):
-            keep("anna", "v001", method, repeat)
+        keep("anna", "v001", method)
 
 
 def test_nothing_is_seen_before_ones_own_work_is_begun(tmp_path: Path) -> None:
     now = permission(STUDY, tmp_path, "anna", "v001")
     assert (now.may_see, now.may_look) == (False, False)
-    assert now.reason == "Your own annotation of this volume is not done yet"
+    assert now.reason == "Your own annotation of this volume is not done yet by each of your methods"
+    assert permission(STUDY, tmp_path, "ben", "v001").reason == (
+        "Your own annotation of this volume is not done yet"
+    )
 
 
-def test_everything_is_seen_once_every_pass_by_every_method_is_done(
-    tmp_path: Path, anna_is_done: None
-) -> None:
+def test_everything_is_seen_once_every_method_is_done(tmp_path: Path, anna_is_done: None) -> None:
     assert permission(STUDY, tmp_path, "anna", "v001") == FREE
     assert not permission(STUDY, tmp_path, "anna", "v002").may_see
     assert not permission(STUDY, tmp_path, "ben", "v001").may_see
 
 
-@pytest.mark.parametrize(
-    ("method", "repeat"), [("keypoints", 0), ("keypoints", 1), ("boxes", 0), ("boxes", 1)]
-)
-def test_one_pass_that_is_missing_or_in_progress_keeps_all_hidden(
-    tmp_path: Path, anna_is_done: None, keep: Keep, method: Method, repeat: int
+@pytest.mark.parametrize("method", ["keypoints", "boxes"])
+def test_one_method_that_is_missing_in_progress_or_empty_keeps_all_hidden(
+    tmp_path: Path, anna_is_done: None, keep: Keep, method: Method
 ) -> None:
-    path = annotation_path(tmp_path, "anna", "v001", method, repeat)
+    path = annotation_path(tmp_path, "anna", "v001", method)
     path.unlink()
     assert not permission(STUDY, tmp_path, "anna", "v001").may_see
-    keep("anna", "v001", method, repeat, "in_progress")
+    keep("anna", "v001", method, status="in_progress")
     assert not permission(STUDY, tmp_path, "anna", "v001").may_see
+    keep("anna", "v001", method, is_placed=False)
+    assert not permission(STUDY, tmp_path, "anna", "v001").may_see
+
+
+def test_where_volumes_come_again_every_volume_gives_the_same_answer(tmp_path: Path, keep: Keep) -> None:
+    """Else the answer for a volume that is done would tell that it is still to come."""
+    repeated = changed(STUDY, volumes=(changed(STUDY.volumes[0], repeats=1), STUDY.volumes[1]))
+    keep("ben", "v001", "keypoints")
+    keep("ben", "v002", "keypoints")
+    answers = {permission(repeated, tmp_path, "ben", each.id) for each in repeated.volumes}
+    assert len(answers) == 1
+    assert not answers.pop().may_see
+    keep("ben", "v001", "keypoints", 1)
+    assert all(permission(repeated, tmp_path, "ben", each.id) == FREE for each in repeated.volumes)
 
 
 def test_a_file_that_cannot_be_read_is_not_done(tmp_path: Path, anna_is_done: None) -> None:

@@ -138,7 +138,7 @@ def test_a_volume_of_an_open_study_leads_to_what_is_left_of_it_in_the_queue(tmp_
 
 @pytest.mark.parametrize("blind", [True, False])
 def test_anothers_annotation_is_kept_until_the_own_work_is_done(tmp_path: Path, blind: bool) -> None:
-    folder = write_study(tmp_path / "study", blind=blind)
+    folder = write_study(tmp_path / "study", blind=blind, repeats=False)
     bens = annotate(folder, "ben", "first")
     settled = annotate(folder, "consensus", "first")
     for path in (bens, settled):
@@ -161,7 +161,7 @@ def test_where_looking_is_allowed_it_is_asked_first_and_written_down(
         read_path(bens, "anna", "keypoints")
     with qtbot.waitSignal(empty_session.look_requested) as asked:
         empty_session.open_path(bens)
-    assert asked.args == [bens, "Your own annotation of this volume is not done yet"]
+    assert asked.args == [bens, "You see the others' work once all of your own in this study is done"]
     assert empty_session.volume is None
     with qtbot.waitSignal(empty_session.volume_changed):
         empty_session.open_path(bens, looks_anyway=True)

@@ -154,6 +154,7 @@ def test_when_ones_own_is_done_they_come_and_that_is_written_down(
     want(qtbot, empty_session)
     assert empty_session.others.shown == ()
 
+    empty_session.place((100.0, 110.0, 120.0))
     empty_session.set_status("done")
     qtbot.waitUntil(lambda: len(empty_session.others.shown) == 2)
 

@@ -16,6 +16,7 @@ from annotations.documents.record import changed
 from annotations.documents.recovery import find_recoveries
 from annotations.documents.study import ViewingRules, load_study, save_study
 from annotations.durable_files import SaveError
+from annotations.geometry.boxes import Box
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from tests.annotator.blind_study import annotate, write_study
@@ -39,6 +40,18 @@ def go_to(qtbot: QtBot, session: Session, volume_id: str, repeat: int = 0) -> No
         qtbot.waitUntil(lambda: session.current_index == index and not session.jobs.running)
 
 
+def finish(session: Session) -> None:
+    """Place something, if nothing is, and mark the document as done."""
+    document = session.document
+    assert document is not None
+    if all(part.anchor_um is None for part in document.parts):
+        if document.method == "keypoints":
+            session.place(POSITION_UM)
+        else:
+            session.type_box("link0", Box(POSITION_UM, (900.0, 400.0, 400.0), (1.0, 0.0, 0.0, 0.0)))
+    session.set_status("done")
+
+
 def on_disk(session: Session) -> Annotation:
     assert session.annotation_path is not None
     return load_annotation(session.annotation_path)[0]
@@ -47,7 +60,7 @@ def on_disk(session: Session) -> Annotation:
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A study in which ben has annotated the volume “first”, which is met once."""
-    folder = write_study(tmp_path / "study", blind=False)
+    folder = write_study(tmp_path / "study", blind=False, repeats=False)
     annotate(folder, "ben", "first")
     return folder
 
@@ -74,7 +87,7 @@ def test_others_are_seen_from_when_the_own_work_is_saved_as_done(qtbot: QtBot, a
     assert not annas.seeing.may_see_others()
     assert "not done yet" in annas.seeing.permission.reason
     with qtbot.waitSignal(annas.seeing.permission_changed):
-        annas.set_status("done")
+        finish(annas)
     assert annas.seeing.may_see_others()
     with qtbot.waitSignal(annas.seeing.permission_changed):
         annas.set_status("in_progress")
@@ -82,7 +95,7 @@ def test_others_are_seen_from_when_the_own_work_is_saved_as_done(qtbot: QtBot, a
 
 
 def test_an_undo_of_done_hides_the_others_at_once(annas: Session) -> None:
-    annas.set_status("done")
+    finish(annas)
     assert annas.seeing.may_see_others()
     annas.undo()
     assert annas.unsaved
@@ -90,20 +103,24 @@ def test_an_undo_of_done_hides_the_others_at_once(annas: Session) -> None:
 
 
 def test_another_pass_that_is_not_done_hides_them_too(
-    qtbot: QtBot, empty_session: Session, folder: Path
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
 ) -> None:
+    folder = write_study(tmp_path / "repeated", blind=False)
     annotate(folder, "ben", "kidney_07")
+    annotate(folder, "anna", "first")
+    for repeat in (0, 1):
+        annotate(folder, "anna", "porcine-liver", repeat=repeat)
     open_and_wait(qtbot, empty_session, folder)
     go_to(qtbot, empty_session, "kidney_07")
-    empty_session.set_status("done")
+    finish(empty_session)
     assert not empty_session.seeing.may_see_others()
     go_to(qtbot, empty_session, "kidney_07", repeat=1)
-    empty_session.set_status("done")
+    finish(empty_session)
     assert empty_session.seeing.may_see_others()
 
 
 def test_what_is_shown_is_written_at_once_and_once(annas: Session) -> None:
-    annas.set_status("done")
+    finish(annas)
     assert annas.seeing.note_shown("annotations")
     assert annas.seeing.note_shown("annotations")
     (viewing,) = on_disk(annas).viewings
@@ -119,7 +136,7 @@ def test_what_is_shown_is_written_at_once_and_once(annas: Session) -> None:
 def test_on_a_full_disk_nothing_is_shown_however_often_it_is_asked_for(
     qtbot: QtBot, annas: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    annas.set_status("done")
+    finish(annas)
 
     def fail(*_: object, **__: object) -> None:
         raise SaveError("the disk is full")
@@ -160,8 +177,9 @@ def test_looking_anyway_is_written_before_anything_is_shown_even_into_an_empty_d
 
 
 def test_what_was_seen_in_one_pass_is_known_in_the_next(
-    qtbot: QtBot, empty_session: Session, folder: Path
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
 ) -> None:
+    folder = write_study(tmp_path / "repeated", blind=False)
     allow_looking(folder)
     open_and_wait(qtbot, empty_session, folder)
     go_to(qtbot, empty_session, "kidney_07")
@@ -178,7 +196,7 @@ def test_any_change_of_finished_work_is_marked_and_stays_so(
     qtbot: QtBot, annas: Session, change: str
 ) -> None:
     annas.place(POSITION_UM)
-    annas.set_status("done")
+    finish(annas)
     assert on_disk(annas).reopened is None
     changes = {
         "status": lambda: annas.set_status("in_progress"),
@@ -198,10 +216,8 @@ def test_any_change_of_finished_work_is_marked_and_stays_so(
 def test_a_redo_is_a_change_as_well(qtbot: QtBot, empty_session: Session, folder: Path) -> None:
     open_and_wait(qtbot, empty_session, folder)
     go_to(qtbot, empty_session, "kidney_07")
-    empty_session.set_status("done")
-    go_to(qtbot, empty_session, "kidney_07", repeat=1)
-    empty_session.set_status("done")
-    empty_session.place(POSITION_UM)
+    finish(empty_session)
+    empty_session.place((1.0, 2.0, 3.0))
     empty_session.undo()
     assert on_disk(empty_session).reopened is None
     annotate(folder, "ben", "kidney_07")
@@ -214,14 +230,14 @@ def test_a_change_before_anybody_else_has_annotated_is_no_reopening(
 ) -> None:
     open_and_wait(qtbot, empty_session, folder)
     go_to(qtbot, empty_session, "kidney_07")
-    empty_session.set_status("done")
+    finish(empty_session)
     empty_session.place(POSITION_UM)
     empty_session.save()
     assert on_disk(empty_session).reopened is None
 
 
 def test_a_flag_is_no_change_of_what_was_found(annas: Session) -> None:
-    annas.set_status("done")
+    finish(annas)
     annas.set_flag("look at the tip")
     annas.save()
     assert on_disk(annas).flag == "look at the tip"
@@ -231,7 +247,7 @@ def test_a_flag_is_no_change_of_what_was_found(annas: Session) -> None:
 def test_boxes_are_reopened_too_by_somebody_who_could_see_the_others(
     qtbot: QtBot, empty_session: Session, tmp_path: Path
 ) -> None:
-    folder = write_study(tmp_path / "both", blind=False, methods=("keypoints", "boxes"))
+    folder = write_study(tmp_path / "both", blind=False, methods=("keypoints", "boxes"), repeats=False)
     for method in ("keypoints", "boxes"):
         annotate(folder, "ben", "first", method=method)
         annotate(folder, "anna", "first", method=method)
@@ -249,7 +265,7 @@ def test_boxes_are_reopened_too_by_somebody_who_could_see_the_others(
 def test_a_file_that_cannot_be_written_gets_the_mark_with_the_next_save(
     annas: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    annas.set_status("done")
+    finish(annas)
     path = annas.annotation_path
     assert path is not None
     path.write_text(path.read_text() + "\n")
@@ -281,6 +297,7 @@ def work():
     if session.current_index != index:
         session.open_item(index)
         return
+    session.place((1.0, 2.0, 3.0))
     session.set_status("done")
     session.place((100.0, 110.0, 120.0))
     session.undo()
@@ -314,7 +331,7 @@ def test_the_mark_survives_kill_9_whatever_becomes_of_the_recovery(
 def test_a_recovery_that_tells_of_more_than_the_file_is_offered_though_nothing_else_differs(
     annas: Session, options: SessionOptions, tmp_path: Path
 ) -> None:
-    annas.set_status("done")
+    finish(annas)
     path = annas.annotation_path
     assert path is not None
     before = path.read_bytes()
@@ -336,7 +353,7 @@ def test_a_reviewers_work_is_never_marked(qtbot: QtBot, options: SessionOptions,
     open_and_wait(qtbot, session, folder)
     assert any("zoe is not among" in text for text in told)
     assert session.seeing.may_see_others()
-    session.set_status("done")
+    finish(session)
     session.place(POSITION_UM)
     session.save()
     assert on_disk(session).reopened is None
@@ -350,7 +367,7 @@ def test_in_a_study_where_nobody_sees_the_others_nothing_is_a_reopening(
     annotate(folder, "ben", "first")
     open_and_wait(qtbot, empty_session, folder)
     go_to(qtbot, empty_session, "first")
-    empty_session.set_status("done")
+    finish(empty_session)
     assert not empty_session.seeing.may_see_others()
     empty_session.place(POSITION_UM)
     empty_session.save()
