@@ -133,7 +133,7 @@ def write_derived(
     Raises
     ------
     DocumentError
-        There is one of that method already, which is untouched.
+        There is one of that method already, which is untouched; or the original's folder was moved.
     ConversionRefused
         Nothing of that method would follow.
     RollUnknown
@@ -152,6 +152,12 @@ def write_derived(
         derived = to_boxes(document, tool, original=original, derived=path, roll_deg=roll_deg)
     else:
         derived = to_keypoints(document, tool, original=original, derived=path)
+    if not original.parent.is_dir():
+        raise DocumentError(
+            "the annotation that it would follow from is not there any more",
+            where=original,
+            remedy="Open the study or folder where it is now",
+        )
     save_annotation(derived, path, expected="")
     left_out = keypoints_without_box(document, derived, tool) if method == "boxes" else []
     return Derived(path, tuple(left_out))

@@ -239,6 +239,14 @@ def test_the_written_file_is_named_after_the_original(session: Session, tmp_path
     assert load_annotation(derived.path)[0].method == "boxes"
 
 
+def test_nothing_is_written_where_the_original_was_moved_from(session: Session, tmp_path: Path) -> None:
+    place(session, BENT)
+    assert session.document is not None
+    with pytest.raises(DocumentError, match="not there any more"):
+        write_derived(session.document, FORCEPS, tmp_path / "moved" / "mine.json", "boxes", None)
+    assert not (tmp_path / "moved").exists()
+
+
 def test_nothing_open_derives_nothing(empty_session: Session) -> None:
     empty_session.deriving.derive()
     assert empty_session.document is None
