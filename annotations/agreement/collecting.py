@@ -156,6 +156,7 @@ def _of_people_who_placed(
             path=posixpath.commonpath(paths) or ".",
             reason=f"{name!r}: {len(paths)} file{'s' if len(paths) > 1 else ''}, "
             f"no point placed by a person ({idle[name]})",
+            files=len(paths),
         )
         for name, paths in files.items()
     ]

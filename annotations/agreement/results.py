@@ -317,10 +317,18 @@ class PairedTest(Record):
 
 
 class LeftOut(Record):
-    """A file that was not compared, and why; of one who placed nothing, the folder of all their files."""
+    """A file that was not compared, and why; of one who placed nothing, the folder of all their files.
+
+    Attributes
+    ----------
+    path, reason : str
+    files : int
+        How many files it stands for.
+    """
 
     path: str
     reason: str
+    files: int = 1
 
 
 class Input(Record):

@@ -280,5 +280,6 @@ def _counts(result: Agreement) -> str:
             f"{f' ({listed(also)})' if also else ''}."
         )
     if result.left_out:
-        parts.append(f"{counted(len(result.left_out), 'file')} left out: the report says which and why.")
+        files = sum(each.files for each in result.left_out)
+        parts.append(f"{counted(files, 'file')} left out: the report says which and why.")
     return "\n".join(parts)

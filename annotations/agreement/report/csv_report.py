@@ -43,7 +43,7 @@ FILES: dict[str, tuple[str, ...]] = {
     "turned_boxes.csv": ("method", "volume", "link", "annotator"),
     "counts.csv": ("method", "annotator", "what", "count"),
     "method_comparison.csv": ("target", "unit", *_ESTIMATE, "test", "p_value", "effect"),
-    "left_out.csv": ("path", "reason"),
+    "left_out.csv": ("path", "files", "reason"),
     "inputs.csv": ("path", "volume", "annotator", "method", "repeat", "status", "sha256"),
 }
 """What the files are called, and their columns."""
@@ -66,7 +66,7 @@ def csv_files(agreement: Agreement) -> dict[str, bytes]:
         "turned_boxes.csv": _turned_boxes(agreement),
         "counts.csv": _counts(agreement),
         "method_comparison.csv": _method_comparison(agreement),
-        "left_out.csv": ((each.path, each.reason) for each in agreement.left_out),
+        "left_out.csv": ((each.path, each.files, each.reason) for each in agreement.left_out),
         "inputs.csv": (
             (each.path, each.volume, each.annotator, each.method, each.repeat, each.status, each.sha256)
             for each in agreement.inputs

@@ -8,9 +8,11 @@ MOST_ROWS = 200
 """Of a table of files, volumes or pairs; the CSV files hold all."""
 
 
-def counts_table(agreement: Agreement) -> Table:
-    """Return what was compared and what was set aside, by method."""
+def counts_table(agreement: Agreement) -> Table | None:
+    """Return what was compared and what was set aside, by method; None where no method was used."""
     methods = methods_of(agreement)
+    if not methods:
+        return None
     lines = (
         ("Annotations compared (first passes)", "documents"),
         ("… of them not marked as done; they are compared", "unfinished"),

@@ -136,7 +136,7 @@ def _fewness(agreement: Agreement) -> Note | None:
 
 
 def _compared(agreement: Agreement) -> Section:
-    items: list[Item] = [file_tables.counts_table(agreement)]
+    items: list[Item] = _present(file_tables.counts_table(agreement))
     unfinished = sum(result.counts.unfinished for result in agreement.methods.values())
     if unfinished:
         items.append(

@@ -142,9 +142,9 @@ def test_many_files_of_one_of_whom_no_point_counts_are_one_line(tmp_path: Path) 
                 net = with_part(net, index, source=None, state="unplaced", position_um=None)
             write(tmp_path / (f"nets/{name}" if name == "a" else volume) / f"{name}{volume}.json", net)
 
-    assert {each.path: each.reason for each in collect(tmp_path).left_out} == {
-        "nets/a": "'net a': 2 files, no point placed by a person (no position)",
-        ".": "'net b': 2 files, no point placed by a person (no position)",
+    assert {each.path: (each.files, each.reason) for each in collect(tmp_path).left_out} == {
+        "nets/a": (2, "'net a': 2 files, no point placed by a person (no position)"),
+        ".": (2, "'net b': 2 files, no point placed by a person (no position)"),
     }
 
 
