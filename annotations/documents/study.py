@@ -156,7 +156,7 @@ class Study(Record):
             ("annotator", list(self.annotators)),
             ("method", list(self.methods)),
         ):
-            for name in _repeated(names):
+            for name in _repeated(names).values():
                 raise ValueError(f"{kind} {name!r} stands more than once (capitals do not count)")
         if CONSENSUS in self.annotators:
             raise ValueError(_CONSENSUS_TAKEN)
@@ -189,10 +189,10 @@ class Study(Record):
 def annotator_problems(names: Sequence[str]) -> Mapping[int, str]:
     """Return, by their places, why some of the names cannot be those of a study's annotators."""
     problems = {}
-    repeated = set(_repeated(names))
+    repeated = _repeated(names)
     for place, name in enumerate(names):
-        if name in repeated:
-            problems[place] = f"{name!r} stands more than once (capitals do not count)"
+        if place in repeated:
+            problems[place] = f"{repeated[place]!r} stands more than once (capitals do not count)"
         elif name == CONSENSUS:
             problems[place] = _CONSENSUS_TAKEN
         elif said := _why_not(_folder_name, name):
@@ -289,11 +289,12 @@ def study_folder_of(path: Path) -> Path | None:
     return next((parent for parent in path.absolute().parents if (parent / STUDY_FILE).is_file()), None)
 
 
-def _repeated(names: Sequence[str]) -> list[str]:
+def _repeated(names: Sequence[str]) -> dict[int, str]:
+    """Return, by their places, the names that stand more than once, as they are written first."""
     # Files and folders are named after them, and on many systems Anna and anna are one folder.
     folded = [unicodedata.normalize("NFC", name).casefold() for name in names]
     often = Counter(folded)
-    return [name for name, each in zip(names, folded, strict=True) if often[each] > 1]
+    return {place: names[folded.index(each)] for place, each in enumerate(folded) if often[each] > 1}
 
 
 def _why_not(check: Callable[[str], str], name: str) -> str:

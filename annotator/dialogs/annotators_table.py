@@ -1,10 +1,10 @@
 """Who annotates, and by which methods: names are typed above a table of those that are there."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
-from PySide6.QtCore import Qt, Signal, Slot
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QEvent, Qt, Signal, Slot
+from PySide6.QtGui import QBrush, QKeyEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
@@ -17,6 +17,9 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.documents.record import Method
+from annotations.documents.study import annotator_problems
+from annotator.looks import theme
+from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 
 _METHODS: tuple[Method, ...] = ("keypoints", "boxes")
@@ -41,7 +44,7 @@ class AnnotatorsTable(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._fixed: frozenset[str] = frozenset()
+        self._fixed: Collection[str] = ()
         self._methods: tuple[Method, ...] = _METHODS
         self.entry = named(
             _NameEntry(),
@@ -53,7 +56,9 @@ class AnnotatorsTable(QWidget):
         self.entry.names_entered.connect(self._on_entry_names_entered)
         self._add = named(QPushButton("&Add"), "study_add_annotator", tooltip="Add who is named on the left")
         self._remove = named(
-            QPushButton("Re&move"), "study_remove_annotator", tooltip="Take out who is chosen in the table"
+            QPushButton("Re&move"),
+            "study_remove_annotator",
+            tooltip="Take out who is chosen in the table (Delete)",
         )
         for button in (self._add, self._remove):
             button.setAutoDefault(False)
@@ -72,6 +77,13 @@ class AnnotatorsTable(QWidget):
         self._table.setMinimumHeight(header.sizeHint().height() + _ROWS_SHOWN * row)
         self._table.itemChanged.connect(self._on_table_item_changed)
         self._table.itemSelectionChanged.connect(self._on_table_item_selection_changed)
+        delete = QShortcut(QKeySequence.StandardKey.Delete, self._table)
+        delete.setContext(Qt.ShortcutContext.WidgetShortcut)
+        delete.activated.connect(self._on_remove_clicked)
+        self._staying = WrappedText(
+            "Whoever is in the study already stays: what they have done is kept under their names.",
+            name="study_staying",
+        )
         self._add.clicked.connect(self.entry.enter_names)
         self._remove.clicked.connect(self._on_remove_clicked)
         self.entry.textChanged.connect(self._on_entry_text_changed)
@@ -83,6 +95,8 @@ class AnnotatorsTable(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addLayout(above)
         layout.addWidget(self._table, 1)
+        layout.addWidget(self._staying)
+        self._staying.setVisible(False)
         self._draw_buttons()
 
     @property
@@ -99,13 +113,24 @@ class AnnotatorsTable(QWidget):
             if (methods := self._checked(row)) != self._methods
         }
 
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Why some of the names cannot be; their rows are marked."""
+        return tuple(dict.fromkeys(annotator_problems(self.names).values()))
+
     def show_people(
-        self, names: Sequence[str], assignments: Mapping[str, Sequence[Method]], *, fixed: bool
+        self,
+        names: Sequence[str],
+        assignments: Mapping[str, Sequence[Method]],
+        *,
+        fixed: Collection[str] = (),
     ) -> None:
         """Begin with some annotators; ``fixed`` ones can be neither removed nor called otherwise."""
-        self._fixed = frozenset(names) if fixed else frozenset()
+        self._fixed = fixed
+        self._staying.setVisible(bool(fixed))
         for name in names:
             self._append(name, assignments.get(name, _METHODS))
+        self._mark()
         self._draw_buttons()
 
     def set_methods(self, methods: Sequence[Method]) -> None:
@@ -114,6 +139,31 @@ class AnnotatorsTable(QWidget):
         for column, method in enumerate(_METHODS, start=1):
             self._table.setColumnHidden(column, method not in methods or len(methods) == 1)
 
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._mark()
+
+    def _mark(self) -> None:
+        """Show which of the names cannot be."""
+        problems = annotator_problems(self.names)
+        was_blocked = self._table.blockSignals(True)
+        for row in range(self._table.rowCount()):
+            item = self._table.item(row, 0)
+            if item is None:
+                continue
+            is_wrong = row in problems
+            item.setForeground(theme.colors(self.palette()).error if is_wrong else QBrush())
+            item.setToolTip(f"{problems[row]}." if is_wrong else self._why_fixed(item.text()))
+        self._table.blockSignals(was_blocked)
+
+    def _why_fixed(self, name: str) -> str:
+        return "What this person has done is kept under the name: it stays" if name in self._fixed else ""
+
+    def _announce(self) -> None:
+        self._mark()
+        self.changed.emit()
+
     def _append(self, name: str, methods: Iterable[Method]) -> None:
         was_blocked = self._table.blockSignals(True)
         row = self._table.rowCount()
@@ -121,7 +171,6 @@ class AnnotatorsTable(QWidget):
         item = QTableWidgetItem(name)
         if name in self._fixed:
             item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEditable)
-            item.setToolTip("What this person has done is kept under the name: it stays")
         self._table.setItem(row, 0, item)
         for column, method in enumerate(_METHODS, start=1):
             mark = QTableWidgetItem()
@@ -162,7 +211,7 @@ class AnnotatorsTable(QWidget):
         for name in names:
             self._append(name, _METHODS)
         self._table.scrollToBottom()
-        self.changed.emit()
+        self._announce()
 
     @Slot()
     def _on_entry_text_changed(self) -> None:
@@ -170,7 +219,7 @@ class AnnotatorsTable(QWidget):
 
     @Slot()
     def _on_table_item_changed(self) -> None:
-        self.changed.emit()
+        self._announce()
 
     @Slot()
     def _on_table_item_selection_changed(self) -> None:
@@ -178,9 +227,11 @@ class AnnotatorsTable(QWidget):
 
     @Slot()
     def _on_remove_clicked(self) -> None:
-        for row in self._removable():
+        removable = self._removable()
+        for row in removable:
             self._table.removeRow(row)
-        self.changed.emit()
+        if removable:
+            self._announce()
 
 
 class _NameEntry(QLineEdit):

@@ -23,6 +23,8 @@ from annotator.looks.folding import Folding
 from annotator.looks.labels import Heading, WrappedText
 from annotator.looks.naming import named
 
+_TITLE_LETTERS = 56
+
 
 class ErrorDialog(QDialog):
     """Shows an error in the order in which a person needs it; the technical part is folded away.
@@ -108,6 +110,8 @@ class ErrorDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addLayout(body, 1)
         layout.addWidget(buttons)
+        # A window's frame cuts its title where the window is narrow.
+        self.setMinimumWidth(_TITLE_LETTERS * self.fontMetrics().averageCharWidth())
 
     @Slot(bool)
     def _on_folding_toggled(self, unfolded: bool) -> None:

@@ -1,7 +1,7 @@
 """Why somebody should look at a volume, in the annotator's words."""
 
 from PySide6.QtCore import Slot
-from PySide6.QtGui import QTextOption
+from PySide6.QtGui import QKeySequence, QShortcut, QTextOption
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QPlainTextEdit, QPushButton, QVBoxLayout, QWidget
 
 from annotations.documents.annotation import LONGEST_FLAG
@@ -36,6 +36,10 @@ class FlagDialog(QDialog):
             remove.setAutoDefault(False)
             remove.clicked.connect(self._on_remove_clicked)
             buttons.addButton(remove, QDialogButtonBox.ButtonRole.DestructiveRole)
+        # Return alone begins a line.
+        for keys in ("Ctrl+Return", "Ctrl+Enter"):
+            QShortcut(QKeySequence(keys), self).activated.connect(self._ok.click)
+        self._ok.setToolTip("Ctrl+Return")
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)

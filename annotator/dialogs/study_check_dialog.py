@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, Qt, Signal, Slot
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -10,6 +10,8 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QHBoxLayout,
     QHeaderView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QTreeWidget,
     QTreeWidgetItem,
     QVBoxLayout,
@@ -80,7 +82,8 @@ class StudyCheckDialog(QDialog):
         self._list.setRootIsDecorated(False)
         self._list.setAlternatingRowColors(True)
         self._list.setWordWrap(True)
-        self._list.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self._places = _Places(self._list)
+        self._list.setItemDelegateForColumn(1, self._places)
         self._list.itemActivated.connect(self._on_list_item_activated)
         self._list.header().setSectionResizeMode(2, QHeaderView.ResizeMode.Stretch)
         self._list.currentItemChanged.connect(self._on_list_current_item_changed)
@@ -102,7 +105,8 @@ class StudyCheckDialog(QDialog):
         named(buttons.button(QDialogButtonBox.StandardButton.Close), "study_check_close")
         buttons.rejected.connect(self.reject)
         below = QHBoxLayout()
-        below.addWidget(WrappedText("Return or a double click opens the annotation."), 1)
+        self._hint = WrappedText(name="study_check_hint")
+        below.addWidget(self._hint, 1)
         below.addWidget(self._notes)
         layout = QVBoxLayout(self)
         layout.addWidget(self._heading)
@@ -154,15 +158,16 @@ class StudyCheckDialog(QDialog):
 
     @Slot(QTreeWidgetItem, int)
     def _on_list_item_activated(self, item: QTreeWidgetItem, _column: int) -> None:
-        path = item.data(0, _PATH)
-        if isinstance(path, Path) and annotation_name(path) is not None and path.is_file():
-            self.open_requested.emit(path)
+        if _opens(item):
+            self.open_requested.emit(item.data(0, _PATH))
 
     @Slot()
     def _on_list_current_item_changed(self) -> None:
         # In a row long sentences are cut off.
         item = self._list.currentItem()
         self._whole.setText(f"{item.toolTip(1)}\n{item.text(2)}" if item is not None else "")
+        opens = item is not None and _opens(item)
+        self._hint.setText("Return or a double click opens the annotation." if opens else "")
 
     @Slot()
     def _on_notes_toggled(self) -> None:
@@ -176,6 +181,23 @@ class StudyCheckDialog(QDialog):
             if not item.isHidden()
         ]
         QGuiApplication.clipboard().setText("\n".join(lines) + "\n")
+
+
+class _Places(QStyledItemDelegate):
+    """Draws where a finding is on one line: the file's name stays when there is no room for its folders."""
+
+    def initStyleOption(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> None:
+        super().initStyleOption(option, index)
+        # Wrapped text would lose its end.
+        option.features &= ~QStyleOptionViewItem.ViewItemFeature.WrapText
+        option.textElideMode = Qt.TextElideMode.ElideMiddle
+
+
+def _opens(item: QTreeWidgetItem) -> bool:
+    path = item.data(0, _PATH)
+    return isinstance(path, Path) and annotation_name(path) is not None and path.is_file()
 
 
 def _in_study(path: Path | None, folder: Path) -> str:

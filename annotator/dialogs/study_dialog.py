@@ -5,8 +5,6 @@ from pathlib import Path
 from PySide6.QtCore import Slot
 from PySide6.QtWidgets import (
     QComboBox,
-    QDialog,
-    QDialogButtonBox,
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
@@ -16,19 +14,21 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotations.documents.study import STUDY_FILE, Study
-from annotations.documents.study_building import with_repeats, with_rules
+from annotations.documents.study import Study
+from annotations.documents.study_building import why_not_in, with_repeats, with_rules
 from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
-from annotator.dialogs.study_fields import StudyFields, VolumesList, problem_of, roomy_size
-from annotator.looks.labels import ElidedText, Heading, WrappedText
+from annotator.dialogs.study_fields import StudyFields
+from annotator.dialogs.study_form import StudyForm, problem_of
+from annotator.dialogs.study_volumes import StudyVolumes
+from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
 from annotator.session.studies import StudyProposal
 
 _MARGIN = 16
 
 
-class StudyDialog(QDialog):
+class StudyDialog(StudyForm):
     """Asks what a new study is to say, and says at once what cannot be.
 
     Parameters
@@ -41,8 +41,6 @@ class StudyDialog(QDialog):
 
     Attributes
     ----------
-    study : Study or None
-        What the fields say; None while that cannot be a study.
     folder : Path
         Where it is to be kept.
     """
@@ -50,14 +48,11 @@ class StudyDialog(QDialog):
     def __init__(
         self, proposal: StudyProposal, annotator: str, tool_name: str, parent: QWidget | None = None
     ) -> None:
-        super().__init__(parent)
+        super().__init__("New study", parent)
         self._proposal = proposal
         self.folder = proposal.folder
-        self._based: tuple[Path, Study] | None = None
-        self.study: Study | None = None
+        self._place_problem = why_not_in(self.folder)
         self.setObjectName("study_dialog")
-        self.setWindowTitle("New study")
-        self.setSizeGripEnabled(True)
         self._title = named(QLineEdit(proposal.folder.name), "study_title", title="Title")
         self._title.textChanged.connect(self._on_field_changed)
         self._tool = named(QComboBox(), "study_tool", title="Tool")
@@ -74,16 +69,16 @@ class StudyDialog(QDialog):
         )
         self._elsewhere.setAutoDefault(False)
         self._elsewhere.clicked.connect(self._on_elsewhere_clicked)
-        self._volumes = VolumesList()
+        self._volumes = StudyVolumes()
+        self._volumes.add(proposal.found, self.folder)
+        self._volumes.changed.connect(self._on_field_changed)
         begun = Study(title="", tool=next(iter(proposal.tools)), annotators=(), order="shuffled")
-        self._fields = StudyFields(begun, is_new=True)
-        self._fields.annotators.show_people((annotator,) if annotator else (), {}, fixed=False)
-        self._fields.set_repeatable(len(proposal.paths))
+        self._fields = StudyFields(begun)
+        self._fields.annotators.show_people((annotator,) if annotator else (), {})
         self._fields.changed.connect(self._on_field_changed)
-        self._problem = WrappedText(name="study_problem")
-        self._problem.set_color(lambda colors: colors.error)
         self._lay_out()
         self._draw()
+        self._begun = self._state()
         self._title.setFocus()
         self._title.selectAll()
 
@@ -93,7 +88,7 @@ class StudyDialog(QDialog):
         return self._proposal.tools[self._tool.currentData()]
 
     def _lay_out(self) -> None:
-        count = len(self._proposal.paths)
+        count = len(self._proposal.found)
         place = QHBoxLayout()
         place.addWidget(self._place, 1)
         place.addWidget(self._elsewhere)
@@ -104,59 +99,53 @@ class StudyDialog(QDialog):
         form.addRow("Kept in", place)
         left = QVBoxLayout()
         left.addLayout(form)
+        if self._proposal.belongs_to:
+            said = f"These volumes belong to {self._proposal.belongs_to} already: this is to be another one."
+            left.addWidget(WrappedText(said, name="study_belongs_to"))
         left.addWidget(self._volumes, 1)
         columns = QHBoxLayout()
         columns.setSpacing(_MARGIN)
         columns.addLayout(left, 1)
         columns.addWidget(self._fields, 1)
-        buttons = QDialogButtonBox(
-            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
-        )
-        self._ok = named(buttons.button(QDialogButtonBox.StandardButton.Ok), "study_ok")
         self._ok.setText("&Create and open")
-        self._ok.setDefault(True)
-        named(buttons.button(QDialogButtonBox.StandardButton.Cancel), "study_cancel")
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        volumes = f"{count} volume{'s' if count > 1 else ''}"
-        layout.addWidget(Heading(f"A study of {volumes}", name="study_heading"))
-        layout.addLayout(columns, 1)
-        layout.addWidget(self._problem)
-        layout.addWidget(buttons)
-        self.resize(roomy_size(self))
+        self._lay_out_form(f"A study of {count} volume{'s' if count > 1 else ''}", columns)
 
-    def _said(self) -> Study:
-        """Return what the fields say; UserError where that cannot be."""
-        if self._based is None or self._based[0] != self.folder:
-            self._based = (self.folder, self._proposal.study_in(self.folder))
-            self._volumes.show_volumes(self._based[1])
-        title = self._title.text().strip()
-        if not title:
-            raise UserError("The study needs a title")
-        if (self.folder / STUDY_FILE).exists():
-            raise UserError("There is a study in this folder already: choose another one")
-        said = with_rules(self._based[1], title=title, tool=self.tool.name, **self._fields.rules)
-        return with_repeats(said, self._fields.repeats)
+    def _state(self) -> object:
+        chosen = (self._title.text(), self._tool.currentData(), self.folder, self._volumes.paths)
+        return (chosen, self._volumes.found, self._fields.state)
 
     def _draw(self) -> None:
-        problem = ""
+        paths = self._volumes.paths
+        self._fields.set_repeatable(len(paths))
+        problems = [*self._fields.problems]
+        if not self._title.text().strip():
+            problems.append("The study needs a title.")
+        if not paths:
+            problems.append("The study needs a volume: check one.")
+        if self._place_problem:
+            problems.append(f"{self._place_problem}.")
+        self.study = None
         try:
-            self.study = self._said()
+            based = self._proposal.study_in(self.folder, paths)
+            self._volumes.show_study(based)
+            if not problems:
+                self.study = self._said(based)
+                self._volumes.show_study(self.study)
         except UserError as error:
-            self.study, problem = None, problem_of(error)
-        self._problem.setText(problem)
-        self._problem.setVisible(bool(problem))
-        self._ok.setEnabled(not problem)
+            problems.append(problem_of(error))
+        self._show_problems(problems, is_ready=self.study is not None)
 
-    @Slot()
-    def _on_field_changed(self) -> None:
-        self._draw()
+    def _said(self, based: Study) -> Study:
+        """Return what the fields say; UserError where that cannot be."""
+        title = self._title.text().strip()
+        said = with_rules(based, title=title, tool=self.tool.name, **self._fields.rules)
+        return with_repeats(said, self._fields.repeats)
 
     @Slot()
     def _on_elsewhere_clicked(self) -> None:
         chosen = QFileDialog.getExistingDirectory(self, "Keep the study in", str(self.folder))
         if chosen:
             self.folder = Path(chosen)
+            self._place_problem = why_not_in(self.folder)
             self._place.setText(chosen)
-            self._draw()
+            self._on_field_changed()

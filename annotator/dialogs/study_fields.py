@@ -1,9 +1,8 @@
 """What a study is to say of its annotators and its rules, as fields of the dialogs about studies."""
 
-import re
 from typing import Any, get_args
 
-from PySide6.QtCore import QSize, Signal, Slot
+from PySide6.QtCore import Qt, Signal, Slot
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -11,23 +10,18 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QLineEdit,
-    QSpinBox,
-    QTreeWidget,
-    QTreeWidgetItem,
     QVBoxLayout,
     QWidget,
 )
 
 from annotations.documents.record import Method
-from annotations.documents.study import Study
-from annotations.errors import UserError
+from annotations.documents.study import Study, reviewer_problems
 from annotator.dialogs.annotators_table import AnnotatorsTable
+from annotator.dialogs.clamped_count import ClampedCount
+from annotator.looks.labels import ElidedText
 from annotator.looks.naming import named
 
-_SHOWN_ROWS = 6
 _METHOD_TEXTS: dict[Method, str] = {"keypoints": "&Keypoints", "boxes": "Bo&xes"}
-# Where a study's file says something wrong, its reader is told the field; the fields here are in sight.
-_FIELD = re.compile(r"^(methods|annotators|assignments|viewing)\b[^:]*: ")
 _OTHERS = (("Once one's own annotation is done", "when_done"), ("Never", "never"))
 
 
@@ -38,8 +32,8 @@ class StudyFields(QWidget):
     ----------
     study : Study
         What the fields begin with.
-    is_new : bool
-        Whether nothing has been handed out yet: else the annotators and the order that there are stay.
+    known : Study or None
+        What has been handed out: its annotators and its order stay. None for a new study.
 
     Signals
     -------
@@ -48,9 +42,10 @@ class StudyFields(QWidget):
 
     changed = Signal()
 
-    def __init__(self, study: Study, *, is_new: bool, parent: QWidget | None = None) -> None:
+    def __init__(self, study: Study, known: Study | None = None, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._study = study
+        self._there = sum(volume.repeats for volume in known.volumes) if known is not None else 0
         self._methods: dict[Method, QCheckBox] = {
             method: self._check_box(
                 f"study_{method}",
@@ -61,7 +56,8 @@ class StudyFields(QWidget):
             for method in get_args(Method)
         }
         self.annotators = AnnotatorsTable()
-        self.annotators.show_people(study.annotators, study.assignments, fixed=not is_new)
+        fixed = known.annotators if known is not None else ()
+        self.annotators.show_people(study.annotators, study.assignments, fixed=fixed)
         self.annotators.changed.connect(self._on_field_changed)
         self._blind = self._check_box(
             "study_blind",
@@ -73,19 +69,20 @@ class StudyFields(QWidget):
             "study_shuffled",
             "&Shuffled: an order of each annotator's own",
             "Else everyone meets the volumes as they are listed"
-            if is_new
+            if known is None
             else "The order has been handed out: numbers stay as they are",
             study.order == "shuffled",
         )
-        self._shuffled.setEnabled(is_new)
+        self._shuffled.setEnabled(known is None)
         self._repeats = named(
-            QSpinBox(),
+            ClampedCount(),
             "study_repeats",
             title="Volumes that come a second time",
             tooltip="Drawn at random from the new ones, for the deviation of annotators from themselves",
         )
-        self._repeats.setSpecialValueText("None")
-        self._repeats.valueChanged.connect(self._on_field_changed)
+        self._repeats.valueChanged.connect(self._on_repeats_value_changed)
+        self._repeats.clamped.connect(self._on_repeats_clamped)
+        self._repeats_note = ElidedText(name="study_repeats_note", mode=Qt.TextElideMode.ElideRight)
         self._others = named(
             QComboBox(),
             "study_others",
@@ -112,6 +109,7 @@ class StudyFields(QWidget):
         self._reviewers.textChanged.connect(self._on_field_changed)
         self._lay_out()
         self.set_repeatable(0)
+        self._say_what_comes_twice()
         self._draw()
 
     @property
@@ -121,13 +119,7 @@ class StudyFields(QWidget):
 
     @property
     def rules(self) -> dict[str, Any]:
-        """What the fields say, as fields of `Study`; UserError where nobody could work by it."""
-        if not self._checked_methods():
-            raise UserError("Choose what is placed: keypoints, boxes or both")
-        for name, methods in self.annotators.assignments.items():
-            if not methods:
-                raise UserError(f"No method is checked for {name}: check one, or remove the name")
-        reviewers = tuple(name for part in self._reviewers.text().split(",") if (name := part.strip()))
+        """What the fields say, as fields of `Study`; it makes no study as long as there are `problems`."""
         return {
             "methods": self._checked_methods(),
             "annotators": self.annotators.names,
@@ -137,15 +129,41 @@ class StudyFields(QWidget):
             "viewing": {
                 "others": self._others.currentData(),
                 "may_look": self._may_look.isChecked(),
-                "reviewers": reviewers,
+                "reviewers": self._reviewer_names(),
             },
         }
 
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """All that cannot be, each as a sentence."""
+        said = [*self.annotators.problems]
+        if not self._checked_methods():
+            said.append("choose what is placed: keypoints, boxes or both")
+        else:
+            said += [
+                f"no method is checked for {name}: check one, or remove the name"
+                for name, methods in self.annotators.assignments.items()
+                if not methods
+            ]
+        said += reviewer_problems(self._reviewer_names())
+        return tuple(f"{each[:1].upper()}{each[1:]}." for each in said)
+
+    @property
+    def state(self) -> object:
+        """What a person can have changed, to be compared."""
+        return (self.rules, self.repeats, self.annotators.entry.text())
+
     def set_repeatable(self, volumes: int) -> None:
         """Say how many volumes are new, and could come a second time."""
+        if volumes == self._repeats.maximum() and self._repeats.suffix():
+            return
         self._repeats.setMaximum(volumes)
         self._repeats.setSuffix(f" of {volumes} new")
         self._repeats.setEnabled(volumes > 0)
+
+    def set_repeats(self, count: int) -> None:
+        """Begin with so many of the new volumes that come a second time."""
+        self._repeats.setValue(count)
 
     def _check_box(self, name: str, text: str, tooltip: str, is_checked: bool) -> QCheckBox:
         box = named(QCheckBox(text), name, tooltip=tooltip)
@@ -161,7 +179,13 @@ class StudyFields(QWidget):
         form = QFormLayout()
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow("Annotated by", methods)
-        form.addRow("Come t&wice", self._repeats)
+        twice = QHBoxLayout()
+        twice.addWidget(self._repeats)
+        twice.addWidget(self._repeats_note, 1)
+        form.addRow("Come t&wice", twice)
+        label = form.labelForField(twice)
+        if isinstance(label, QLabel):
+            label.setBuddy(self._repeats)
         form.addRow("See &others", self._others)
         form.addRow("", self._may_look)
         form.addRow("&Reviewers", self._reviewers)
@@ -175,6 +199,9 @@ class StudyFields(QWidget):
         layout.addWidget(self._shuffled)
         layout.addLayout(form)
 
+    def _reviewer_names(self) -> tuple[str, ...]:
+        return tuple(name for part in self._reviewers.text().split(",") if (name := part.strip()))
+
     def _checked_methods(self) -> tuple[Method, ...]:
         # In the study's order, in which its first one is what people begin with.
         order = (*self._study.methods, *self._methods)
@@ -185,53 +212,21 @@ class StudyFields(QWidget):
         self.annotators.set_methods(self._checked_methods())
         self._may_look.setEnabled(bool(self.annotators.names))
 
+    def _say_what_comes_twice(self, said: str = "") -> None:
+        there = f"{self._there} of those there come{'s' if self._there == 1 else ''} twice already"
+        self._repeats_note.setText(said or (there if self._there else ""))
+
+    @Slot()
+    def _on_repeats_value_changed(self) -> None:
+        self._say_what_comes_twice()
+        self._on_field_changed()
+
+    @Slot(int)
+    def _on_repeats_clamped(self, typed: int) -> None:
+        most = self._repeats.maximum()
+        self._say_what_comes_twice(f"{typed} are too many: {most} {'is' if most == 1 else 'are'} new")
+
     @Slot()
     def _on_field_changed(self) -> None:
         self._draw()
         self.changed.emit()
-
-
-class VolumesList(QTreeWidget):
-    """The volumes of a study: their ids and files."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        named(self, "study_volumes", title="Volumes")
-        self.setHeaderLabels(["Id", "File"])
-        self.setRootIsDecorated(False)
-        self.setUniformRowHeights(True)
-        self.setAlternatingRowColors(True)
-        self.setMinimumHeight(_SHOWN_ROWS * 2 * self.fontMetrics().height())
-        self.setMinimumWidth(28 * self.fontMetrics().averageCharWidth())
-
-    def show_volumes(self, study: Study, known: Study | None = None) -> None:
-        """Show a study's volumes, those that another version of it does not know in bold."""
-        old = {volume.id for volume in known.volumes} if known is not None else None
-        self.clear()
-        for volume in study.volumes:
-            item = QTreeWidgetItem([volume.id, volume.path])
-            item.setToolTip(1, volume.path)
-            if old is not None and volume.id not in old:
-                font = item.font(0)
-                font.setBold(True)
-                for column in (0, 1):
-                    item.setFont(column, font)
-            self.addTopLevelItem(item)
-        self.resizeColumnToContents(0)
-        if old is not None:
-            self.scrollToBottom()
-
-
-def roomy_size(dialog: QWidget) -> QSize:
-    """Return the size in which both columns of a dialog read well, as far as the screen has it."""
-    unit = dialog.fontMetrics().height()
-    room = dialog.screen().availableSize()
-    return QSize(min(58 * unit, room.width() * 9 // 10), min(38 * unit, room.height() * 8 // 10))
-
-
-def problem_of(error: UserError) -> str:
-    """Say what is wrong with the fields."""
-    if error.where is not None:
-        return str(error)
-    problem = _FIELD.sub("", str(error), count=1)
-    return problem[:1].upper() + problem[1:]

@@ -1,15 +1,21 @@
 """The session's studies: new ones are made here, and the open one is changed and checked."""
 
-import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 
-from annotations.documents.study import STUDY_FILE, Study, StudyError
-from annotations.documents.study_building import create_study, replace_study, volumes_at, with_volumes
+from annotations.documents.seen_volumes import FoundVolume, look_at_volumes
+from annotations.documents.study import STUDY_FILE, Study, StudyError, load_study, study_folder_of
+from annotations.documents.study_building import (
+    create_study,
+    drawn_seed,
+    replace_study,
+    volumes_at,
+    with_volumes,
+)
 from annotations.documents.study_checks import check_study
 from annotations.documents.study_contents import Located
 from annotations.errors import UserError
@@ -17,8 +23,6 @@ from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tools
 from annotator.session.jobs import Job, Result
 from annotator.session.state import SessionState
-
-_SEEDS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -29,23 +33,26 @@ class StudyProposal:
     ----------
     folder : Path
         Of the volumes, and of the study unless a person chooses another one.
-    paths : tuple of Path
-        The volumes.
+    found : tuple of FoundVolume
+        The volumes, and what cannot be read of what is called like one.
     tools : mapping of str to ToolSpecification
         Those that can be chosen, by name.
     seed : int
         Of the order and the repeats.
+    belongs_to : str
+        The studies that have these volumes already, by their titles; empty where there is none.
     """
 
     folder: Path
-    paths: tuple[Path, ...]
+    found: tuple[FoundVolume, ...]
     tools: Mapping[str, ToolSpecification]
     seed: int
+    belongs_to: str = ""
 
-    def study_in(self, folder: Path) -> Study:
-        """Return a study of all the volumes that is kept in a folder; StudyError where that cannot be."""
+    def study_in(self, folder: Path, paths: Sequence[Path]) -> Study:
+        """Return a study of volumes that is kept in a folder; StudyError where that cannot be."""
         empty = Study(title="", tool=next(iter(self.tools)), order="shuffled", seed=self.seed)
-        return with_volumes(empty, folder, self.paths).study
+        return with_volumes(empty, folder, paths).study
 
 
 @dataclass(frozen=True)
@@ -81,21 +88,27 @@ class Studies(QObject):
         After `propose`: `create` may follow.
     created : Path
         The folder of a new study.
-    volumes_found : tuple of Path
+    create_failed : Exception
+        Instead.
+    volumes_found : tuple of FoundVolume
         After `find`.
-    search_failed : UserError
+    search_failed : Exception
         Instead.
     changed
         The open study has been changed, and is read anew.
+    change_failed : Exception
+        Instead; `StudyChanged` where somebody else has changed it.
     checked : StudyReport
         After `check`.
     """
 
     proposed = Signal(object)
     created = Signal(object)
+    create_failed = Signal(object)
     volumes_found = Signal(object)
     search_failed = Signal(object)
     changed = Signal()
+    change_failed = Signal(object)
     checked = Signal(object)
 
     def __init__(
@@ -130,22 +143,28 @@ class Studies(QObject):
 
     def propose(self, folder: Path) -> None:
         """Look for volumes to make a study of; ``proposed`` follows."""
-        self._start("Looking for volumes", lambda: self._proposal(folder), self.proposed.emit)
+        person, user_tool_folder = self._session.annotator_name, self._user_tool_folder
+        present = {self.folder: self.study} if self.folder is not None and self.study is not None else {}
+        self._session.jobs.start(
+            "Looking for volumes",
+            lambda progress, cancelled: _proposal(
+                folder, user_tool_folder, person, present, progress, cancelled
+            ),
+            done=self.proposed.emit,
+            failed=self._failed,
+        )
 
     def find(self, paths: Sequence[Path]) -> None:
         """Look for volumes to add: those named, and those in the folders named; ``volumes_found`` follows."""
-
-        def on_failed(error: Exception) -> None:
-            if isinstance(error, UserError):
-                self.search_failed.emit(error)
-            else:
-                self._failed(error)
-
+        study, folder = self.study, self.folder
+        known = [folder / volume.path for volume in study.volumes] if study and folder else []
         self._session.jobs.start(
             "Looking for volumes",
-            lambda _progress, _cancelled: volumes_at(paths),
+            lambda progress, cancelled: look_at_volumes(
+                volumes_at(paths), known=known, progress=progress, cancelled=cancelled
+            ),
             done=self.volumes_found.emit,
-            failed=on_failed,
+            failed=lambda error: self._tell(error, self.search_failed),
         )
 
     def create(self, study: Study, folder: Path, tool: ToolSpecification) -> None:
@@ -154,6 +173,7 @@ class Studies(QObject):
             "Making the study",
             lambda: create_study(study, folder, tool),
             lambda _: self.created.emit(folder),
+            self.create_failed,
         )
 
     def change(self, before: Study, after: Study) -> None:
@@ -164,6 +184,7 @@ class Studies(QObject):
                 "Changing the study",
                 lambda: replace_study(after, folder, expected=before),
                 self._on_job_changed,
+                self.change_failed,
             )
 
     def check(self) -> None:
@@ -181,21 +202,21 @@ class Studies(QObject):
             failed=self._failed,
         )
 
-    def _proposal(self, folder: Path) -> StudyProposal:
-        if (folder / STUDY_FILE).exists():
-            raise StudyError(
-                "this folder is a study already",
-                where=folder,
-                remedy="Open it and change its settings, or choose another folder",
-            )
-        paths = volumes_at([folder])
-        tools = find_tools((folder / "tools", self._user_tool_folder))
-        # Every study shuffles in its own way, and says in its file which.
-        seed = random.SystemRandom().randrange(_SEEDS)
-        return StudyProposal(folder, paths, tools, seed)
+    def _start(
+        self, title: str, work: Callable[[], Result], done: Callable[[Result], None], failed: SignalInstance
+    ) -> None:
+        self._session.jobs.start(
+            title,
+            lambda _progress, _cancelled: work(),
+            done=done,
+            failed=lambda error: self._tell(error, failed),
+        )
 
-    def _start(self, title: str, work: Callable[[], Result], done: Callable[[Result], None]) -> None:
-        self._session.jobs.start(title, lambda _progress, _cancelled: work(), done=done, failed=self._failed)
+    def _tell(self, error: Exception, whoever_waits: SignalInstance) -> None:
+        whoever_waits.emit(error)
+        if not isinstance(error, UserError):
+            # It is for the log as well.
+            self._failed(error)
 
     def _on_job_changed(self, _: None) -> None:
         self._read_anew()
@@ -212,3 +233,54 @@ def _checked(
 
     judge = partial(implausible, tool_folders=tool_folders)
     return check_study(folder, tool_folders, judge=judge, progress=progress, cancelled=cancelled)
+
+
+def _proposal(
+    folder: Path,
+    user_tool_folder: Path,
+    person: str,
+    present: Mapping[Path, Study],
+    progress: Callable[[float], None],
+    cancelled: Callable[[], bool],
+) -> StudyProposal:
+    """Look for what a study can be made of; of whoever is blind to the volumes, none is looked at.
+
+    Parameters
+    ----------
+    present : mapping of Path to Study
+        Studies that are known, by their folders; others are found in the folders around the volumes.
+    """
+    if (folder / STUDY_FILE).exists():
+        raise StudyError(
+            "this folder is a study already",
+            where=folder,
+            remedy="Open it and change its settings, or choose another folder",
+        )
+    paths = volumes_at([folder])
+    studies = _studies_of(paths, present)
+    for study in studies:
+        if study.blind and person in study.annotators:
+            raise StudyError(
+                f"these volumes belong to the study “{study.title}”, in which you annotate without knowing "
+                "them by name",
+                remedy="Leave a new study of them to somebody who does not annotate there",
+            )
+    found = look_at_volumes(paths, progress=progress, cancelled=cancelled)
+    tools = find_tools((folder / "tools", user_tool_folder))
+    titles = " and ".join(f"the study “{study.title}”" for study in studies)
+    return StudyProposal(folder, found, tools, drawn_seed(), titles)
+
+
+def _studies_of(paths: Sequence[Path], present: Mapping[Path, Study]) -> tuple[Study, ...]:
+    """Return the studies in whose folders volumes lie, and those known ones that have any of them."""
+    resolved = {path.resolve() for path in paths}
+    studies = {
+        folder.resolve(): study
+        for folder, study in present.items()
+        if any((folder / volume.path).resolve() in resolved for volume in study.volumes)
+    }
+    for around in dict.fromkeys(study_folder_of(path) for path in paths):
+        if around is not None:
+            # It may be newer than the open one; of one that cannot be read nobody knows whether it is blind.
+            studies[around.resolve()] = load_study(around)
+    return tuple(studies.values())

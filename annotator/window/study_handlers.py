@@ -6,9 +6,12 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from annotations.documents.seen_volumes import FoundVolume
+from annotations.documents.study_building import StudyChanged
 from annotations.errors import UserError
 from annotator.dialogs.study_check_dialog import StudyCheckDialog
 from annotator.dialogs.study_dialog import StudyDialog
+from annotator.dialogs.study_form import problem_of
 from annotator.dialogs.study_settings_dialog import StudySettingsDialog
 from annotator.session import Session
 from annotator.session.studies import StudyProposal, StudyReport
@@ -16,8 +19,8 @@ from annotator.settings import Settings
 from annotator.window.questions import Questions
 
 _BLIND = (
-    "You annotate this study blind, and its {} would show the volumes by name: "
-    "it is for whoever does not annotate here"
+    "You annotate this study blind, and its {} would show the volumes by name: {} for whoever does not "
+    "annotate here"
 )
 
 
@@ -44,14 +47,17 @@ class StudyHandlers(QObject):
         self._questions = questions
         self._window = window
         self._open_path = open_path
+        self._new_dialog: StudyDialog | None = None
         self._settings_dialog: StudySettingsDialog | None = None
         self._check_dialog: StudyCheckDialog | None = None
         session.worklist_changed.connect(self._on_session_worklist_changed)
         session.studies.proposed.connect(self._on_studies_proposed)
         session.studies.created.connect(self._on_studies_created)
+        session.studies.create_failed.connect(self._on_studies_create_failed)
         session.studies.volumes_found.connect(self._on_studies_volumes_found)
         session.studies.search_failed.connect(self._on_studies_search_failed)
         session.studies.changed.connect(self._on_studies_changed)
+        session.studies.change_failed.connect(self._on_studies_change_failed)
         session.studies.checked.connect(self._on_studies_checked)
 
     def by_name(self) -> Mapping[str, Callable[[], object]]:
@@ -72,24 +78,34 @@ class StudyHandlers(QObject):
 
     def _ask_for_changes(self) -> None:
         study, folder = self._session.studies.study, self._session.studies.folder
-        if study is None or folder is None or self._is_kept_from("settings"):
+        if study is None or folder is None or self._is_kept_from("settings", "they are"):
             return
-        dialog = StudySettingsDialog(study, folder, self._window)
+        self._show_settings(StudySettingsDialog(study, folder, self._window))
+
+    def _show_settings(self, dialog: StudySettingsDialog) -> None:
+        def on_dialog_submitted() -> None:
+            if dialog.study is not None:
+                self._session.studies.change(dialog.before, dialog.study)
+
+        def on_dialog_finished() -> None:
+            if self._settings_dialog is dialog:
+                self._settings_dialog = None
+
         self._settings_dialog = dialog
         dialog.volumes_requested.connect(self._session.studies.find)
-        dialog.finished.connect(self._on_settings_dialog_finished)
-        dialog.accepted.connect(lambda: self._session.studies.change(study, dialog.study or study))
+        dialog.submitted.connect(on_dialog_submitted)
+        dialog.finished.connect(on_dialog_finished)
         self._questions.show(dialog)
 
     def _check(self) -> None:
-        if not self._is_kept_from("check"):
+        if not self._is_kept_from("check", "it is"):
             # What is not in its file yet would be said to be missing.
             self._questions.save()
             self._session.studies.check()
 
-    def _is_kept_from(self, what: str) -> bool:
+    def _is_kept_from(self, what: str, they_are: str) -> bool:
         if self._session.studies.is_kept_from_names:
-            self._session.post_message(_BLIND.format(what))
+            self._session.post_message(_BLIND.format(what, they_are))
             return True
         return False
 
@@ -104,29 +120,56 @@ class StudyHandlers(QObject):
     def _on_studies_proposed(self, proposal: StudyProposal) -> None:
         dialog = StudyDialog(proposal, self._session.annotator_name, self._session.tool_name, self._window)
 
-        def on_dialog_accepted() -> None:
+        def on_dialog_submitted() -> None:
             if dialog.study is not None:
                 self._session.studies.create(dialog.study, dialog.folder, dialog.tool)
 
-        dialog.accepted.connect(on_dialog_accepted)
+        def on_dialog_finished() -> None:
+            self._new_dialog = None
+
+        self._new_dialog = dialog
+        dialog.submitted.connect(on_dialog_submitted)
+        dialog.finished.connect(on_dialog_finished)
         self._questions.show(dialog)
 
     def _on_studies_created(self, folder: Path) -> None:
+        if self._new_dialog is not None:
+            self._new_dialog.finish()
         self._open_path(folder)
 
-    def _on_studies_volumes_found(self, paths: Sequence[Path]) -> None:
-        if self._settings_dialog is not None:
-            self._settings_dialog.add_volumes(paths)
+    def _on_studies_create_failed(self, error: Exception) -> None:
+        if self._new_dialog is not None:
+            self._new_dialog.show_failure(error)
+        elif isinstance(error, UserError):
+            self._questions.show_error(error)
 
-    def _on_studies_search_failed(self, error: UserError) -> None:
+    def _on_studies_volumes_found(self, found: Sequence[FoundVolume]) -> None:
         if self._settings_dialog is not None:
-            self._settings_dialog.show_note(str(error))
+            self._settings_dialog.add_volumes(found)
 
-    def _on_settings_dialog_finished(self) -> None:
-        self._settings_dialog = None
+    def _on_studies_search_failed(self, error: Exception) -> None:
+        if self._settings_dialog is not None:
+            self._settings_dialog.show_note(problem_of(error))
 
     def _on_studies_changed(self) -> None:
+        if self._settings_dialog is not None:
+            self._settings_dialog.finish()
         self._session.post_message("The study is changed; its file before is kept as study.toml.bak")
+
+    def _on_studies_change_failed(self, error: Exception) -> None:
+        dialog = self._settings_dialog
+        if dialog is not None and isinstance(error, StudyChanged):
+            try:
+                anew = dialog.on_top_of(error.present)
+            except UserError as contradiction:
+                dialog.show_failure(contradiction)
+            else:
+                self._show_settings(anew)
+                dialog.finish()
+        elif dialog is not None:
+            dialog.show_failure(error)
+        elif isinstance(error, UserError):
+            self._questions.show_error(error)
 
     def _on_studies_checked(self, report: StudyReport) -> None:
         if self._check_dialog is None:

@@ -1,5 +1,6 @@
 """The reason of a flag: asked for, changed, taken back, and never longer than a document holds."""
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QLabel, QPlainTextEdit
 from pytestqt.qtbot import QtBot
 
@@ -40,6 +41,19 @@ def test_a_flag_needs_a_reason_of_a_length_that_a_document_holds(qtbot: QtBot) -
     field(dialog).setPlainText("  too dark \n")
     with qtbot.waitSignal(dialog.accepted):
         button(dialog, "flag_ok").click()
+    assert dialog.reason == "too dark"
+
+
+def test_control_return_flags_the_volume_once_there_is_a_reason(qtbot: QtBot) -> None:
+    dialog = shown(qtbot, None)
+    with qtbot.waitActive(dialog):
+        dialog.activateWindow()
+    control = Qt.KeyboardModifier.ControlModifier
+    with qtbot.assertNotEmitted(dialog.accepted):
+        qtbot.keyClick(field(dialog), Qt.Key.Key_Return, control)
+    qtbot.keyClicks(field(dialog), "too dark")
+    with qtbot.waitSignal(dialog.accepted):
+        qtbot.keyClick(field(dialog), Qt.Key.Key_Return, control)
     assert dialog.reason == "too dark"
 
 

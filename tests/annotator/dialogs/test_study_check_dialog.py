@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QTreeWidget
+from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QStyleOptionViewItem, QTreeWidget
 from pytestqt.qtbot import QtBot
 
 from annotations.documents.checks import Finding
@@ -84,6 +84,20 @@ def test_what_is_no_annotation_opens_nothing(qtbot: QtBot, dialog: StudyCheckDia
     tree.setCurrentItem(tree.topLevelItem(0))
     with qtbot.assertNotEmitted(dialog.open_requested):
         qtbot.keyClick(tree, Qt.Key.Key_Return)
+    hint = dialog.findChild(QLabel, "study_check_hint")
+    assert hint.text() == ""
+    tree.setCurrentItem(tree.topLevelItem(1))
+    assert hint.text() == "Return or a double click opens the annotation."
+
+
+def test_a_long_place_keeps_the_files_name(dialog: StudyCheckDialog) -> None:
+    tree = dialog.findChild(QTreeWidget, "study_check_list")
+    option = QStyleOptionViewItem()
+    option.features |= QStyleOptionViewItem.ViewItemFeature.WrapText
+    index = tree.model().index(1, 1)
+    tree.itemDelegateForColumn(1).initStyleOption(option, index)
+    assert not option.features & QStyleOptionViewItem.ViewItemFeature.WrapText
+    assert option.textElideMode == Qt.TextElideMode.ElideMiddle
 
 
 def test_the_list_is_copied_as_a_table(qtbot: QtBot, dialog: StudyCheckDialog) -> None:

@@ -1,6 +1,7 @@
 """A new study is described in one dialog, which says at once what cannot be."""
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QLabel,
     QLineEdit,
+    QMessageBox,
     QPushButton,
     QSpinBox,
     QTableWidget,
@@ -19,9 +21,12 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
+from annotations.documents.seen_volumes import FoundVolume
 from annotations.documents.study import STUDY_FILE
+from annotations.durable_files import SaveError
 from annotations.geometry.tool_library import shipped_tools
 from annotator.dialogs.study_dialog import StudyDialog
+from annotator.looks import theme
 from annotator.session.studies import StudyProposal
 
 Make = Callable[..., StudyDialog]
@@ -36,11 +41,14 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def make(qtbot: QtBot, folder: Path) -> Make:
-    def make(annotator: str = "anna", count: int = 12) -> StudyDialog:
-        paths = tuple(folder / f"scan {number}.npy" for number in range(count))
-        proposal = StudyProposal(folder, paths, shipped_tools(), 7)
+    def make(
+        annotator: str = "anna", count: int = 12, more: Sequence[FoundVolume] = (), belongs_to: str = ""
+    ) -> StudyDialog:
+        found = (FoundVolume(folder / f"scan {number}.npy") for number in range(count))
+        proposal = StudyProposal(folder, (*found, *more), shipped_tools(), 7, belongs_to)
         dialog = StudyDialog(proposal, annotator, "needle")
-        qtbot.addWidget(dialog)
+        # What a test has chosen would be asked about.
+        qtbot.addWidget(dialog, before_close_func=lambda dialog: dialog.done(0))
         with qtbot.waitActive(dialog):
             dialog.show()
             dialog.activateWindow()
@@ -51,10 +59,17 @@ def make(qtbot: QtBot, folder: Path) -> Make:
 
 def problem(dialog: StudyDialog) -> str:
     label = dialog.findChild(QLabel, "study_problem")
-    assert label.isHidden() == (not label.text())
-    assert dialog.findChild(QPushButton, "study_ok").isEnabled() == label.isHidden()
+    assert dialog.findChild(QPushButton, "study_ok").isEnabled() == (not label.text())
     assert (dialog.study is None) == bool(label.text())
     return label.text()
+
+
+def click(qtbot: QtBot, dialog: StudyDialog, name: str) -> None:
+    qtbot.mouseClick(dialog.findChild(QPushButton, name), Qt.MouseButton.LeftButton)
+
+
+def leaving(dialog: StudyDialog) -> QMessageBox | None:
+    return dialog.findChild(QMessageBox, "study_leave_question")
 
 
 def add(qtbot: QtBot, dialog: StudyDialog, names: str) -> None:
@@ -111,8 +126,9 @@ def test_return_in_the_field_of_names_adds_them_and_only_then_ends_the_dialog(
     add(qtbot, dialog, "ben")
     assert dialog.isVisible()
     assert dialog.study.annotators == ("anna", "ben")
-    with qtbot.waitSignal(dialog.accepted):
+    with qtbot.waitSignal(dialog.submitted):
         qtbot.keyClick(dialog.findChild(QLineEdit, "study_new_annotator"), Qt.Key.Key_Return)
+    dialog.finish()
     assert dialog.result() == QDialog.DialogCode.Accepted
 
 
@@ -131,7 +147,7 @@ def test_annotators_are_renamed_and_removed(qtbot: QtBot, make: Make) -> None:
 @pytest.mark.parametrize(
     ("names", "said"),
     [
-        ("Anna", "Annotator 'anna' stands more than once (capitals do not count)."),
+        ("Anna", "'anna' stands more than once (capitals do not count)."),
         ("a/b", "An annotator's name is also a folder's"),
         ("consensus", "No annotator can be called 'consensus'"),
     ],
@@ -173,11 +189,132 @@ def test_marks_per_method_are_there_only_where_there_are_two(qtbot: QtBot, make:
     assert not table.isColumnHidden(2)
 
 
-def test_no_more_volumes_come_twice_than_there_are(make: Make) -> None:
+def test_no_more_volumes_come_twice_than_there_are_and_that_is_said(qtbot: QtBot, make: Make) -> None:
     dialog = make(count=3)
     repeats = dialog.findChild(QSpinBox, "study_repeats")
-    repeats.setValue(99)
+    note = dialog.findChild(QLabel, "study_repeats_note")
+    repeats.setFocus()
+    repeats.selectAll()
+    qtbot.keyClicks(repeats, "99")
     assert repeats.value() == 3
+    assert note.text().endswith("are too many: 3 are new")
+    assert sum(volume.repeats for volume in dialog.study.volumes) == 3
+    repeats.selectAll()
+    qtbot.keyClicks(repeats, "1")
+    assert (repeats.value(), note.text()) == (1, "")
+    volumes = dialog.findChild(QTreeWidget, "study_volumes")
+    assert [volumes.topLevelItem(row).text(2) for row in range(3)].count("comes twice") == 1
+
+
+def test_all_that_cannot_be_is_said_and_the_rows_are_marked(qtbot: QtBot, make: Make) -> None:
+    dialog = make()
+    add(qtbot, dialog, "../x, Anna")
+    dialog.findChild(QLineEdit, "study_reviewers").setText("a/b")
+    lines = problem(dialog).splitlines()
+    assert [line[:12] for line in lines] == ["'anna' stand", "An annotator", "A reviewer's"]
+    assert lines[1].count("../x") == 1
+    table = dialog.findChild(QTableWidget, "study_annotators")
+    marked = [
+        table.item(row, 0).foreground().color() == theme.colors(dialog.palette()).error for row in range(3)
+    ]
+    assert marked == [True, True, True]
+    table.selectRow(2)
+    table.setFocus()
+    qtbot.keyClick(table, Qt.Key.Key_Delete)
+    assert dialog.findChild(QLabel, "study_problem").text().startswith("An annotator")
+    assert table.item(0, 0).toolTip() == ""
+
+
+def test_nothing_moves_when_a_problem_is_said(qtbot: QtBot, make: Make) -> None:
+    dialog = make()
+    table = dialog.findChild(QTableWidget, "study_annotators")
+    before = (table.mapTo(dialog, table.rect().bottomLeft()), dialog.size())
+    add(qtbot, dialog, "a/b")
+    qtbot.wait(1)
+    assert problem(dialog)
+    assert (table.mapTo(dialog, table.rect().bottomLeft()), dialog.size()) == before
+
+
+def test_what_cannot_be_read_is_left_out_unless_somebody_keeps_it(
+    qtbot: QtBot, make: Make, folder: Path
+) -> None:
+    broken = FoundVolume(folder / "broken.npy", problem="its content is of no format that can be opened")
+    twin = FoundVolume(folder / "twin.npy", same_as=folder / "scan 0.npy")
+    dialog = make(count=2, more=[broken, twin])
+    assert [volume.id for volume in dialog.study.volumes] == ["scan-0", "scan-1", "twin"]
+    remarks = dialog.findChild(QLabel, "study_volume_remarks").text().splitlines()
+    assert remarks == [
+        "broken.npy: its content is of no format that can be opened. It is left out unless you check it.",
+        "twin.npy is the same volume as scan 0.npy.",
+    ]
+    volumes = dialog.findChild(QTreeWidget, "study_volumes")
+    volumes.topLevelItem(2).setCheckState(0, Qt.CheckState.Checked)
+    assert [volume.id for volume in dialog.study.volumes] == ["scan-0", "scan-1", "broken", "twin"]
+    assert dialog.findChild(QSpinBox, "study_repeats").maximum() == 4
+
+
+def test_volumes_are_taken_out_of_the_list(qtbot: QtBot, make: Make) -> None:
+    dialog = make(count=3)
+    volumes = dialog.findChild(QTreeWidget, "study_volumes")
+    volumes.setFocus()
+    volumes.setCurrentItem(volumes.topLevelItem(0))
+    qtbot.keyClick(volumes, Qt.Key.Key_Delete)
+    volumes.setCurrentItem(volumes.topLevelItem(1))
+    click(qtbot, dialog, "study_take_out")
+    assert [volume.id for volume in dialog.study.volumes] == ["scan-1"]
+    volumes.topLevelItem(0).setCheckState(0, Qt.CheckState.Unchecked)
+    assert problem(dialog) == "The study needs a volume: check one."
+
+
+def test_a_failure_leaves_all_that_was_typed_and_says_why(qtbot: QtBot, make: Make, folder: Path) -> None:
+    dialog = make()
+    add(qtbot, dialog, "ben")
+    with qtbot.waitSignal(dialog.submitted):
+        click(qtbot, dialog, "study_ok")
+    assert not dialog.findChild(QPushButton, "study_ok").isEnabled()
+    dialog.show_failure(SaveError("it could not be written", where=folder, remedy="Free space"))
+    assert dialog.isVisible()
+    said = dialog.findChild(QLabel, "study_problem")
+    assert said.text() == f"{folder}: it could not be written. Free space."
+    assert dialog.study.annotators == ("anna", "ben")
+    assert dialog.findChild(QPushButton, "study_ok").isEnabled()
+    add(qtbot, dialog, "cara")
+    assert said.text() == ""
+
+
+def test_a_folder_that_is_read_only_is_said_at_once(
+    qtbot: QtBot, make: Make, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    assert problem(make()) == f"You may not write in {folder}: choose another folder to keep the study in."
+
+
+def test_that_the_volumes_belong_to_a_study_is_said(make: Make) -> None:
+    dialog = make(belongs_to="the study “Pilot”")
+    said = dialog.findChild(QLabel, "study_belongs_to").text()
+    assert said == "These volumes belong to the study “Pilot” already: this is to be another one."
+
+
+def test_an_untouched_dialog_is_left_without_a_question(qtbot: QtBot, make: Make) -> None:
+    dialog = make()
+    qtbot.keyClick(dialog, Qt.Key.Key_Escape)
+    assert not dialog.isVisible()
+    assert leaving(dialog) is None
+
+
+def test_choices_are_not_left_without_a_question(qtbot: QtBot, make: Make) -> None:
+    dialog = make()
+    add(qtbot, dialog, "ben")
+    qtbot.keyClick(dialog, Qt.Key.Key_Escape)
+    assert dialog.isVisible()
+    question = leaving(dialog)
+    question.button(QMessageBox.StandardButton.Cancel).click()
+    qtbot.waitUntil(lambda: leaving(dialog) is None)
+    assert dialog.isVisible()
+    click(qtbot, dialog, "study_cancel")
+    leaving(dialog).button(QMessageBox.StandardButton.Discard).click()
+    assert not dialog.isVisible()
+    assert dialog.result() == QDialog.DialogCode.Rejected
 
 
 def test_the_study_may_be_kept_elsewhere(
@@ -195,6 +332,11 @@ def test_the_study_may_be_kept_elsewhere(
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path / "taken"))
     qtbot.mouseClick(dialog.findChild(QPushButton, "study_choose_folder"), Qt.MouseButton.LeftButton)
     assert problem(dialog) == "There is a study in this folder already: choose another one."
+    inside = tmp_path / "taken" / "inside"
+    inside.mkdir()
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(inside))
+    qtbot.mouseClick(dialog.findChild(QPushButton, "study_choose_folder"), Qt.MouseButton.LeftButton)
+    assert problem(dialog) == "This folder lies inside the study in taken: choose another one."
 
 
 def test_volumes_on_another_drive_are_said_in_words(

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from annotations.documents.seen_volumes import FoundVolume
 from annotations.documents.study import STUDY_FILE, load_study, save_study
 from annotations.documents.study_building import with_annotators, with_rules, with_volumes
 from annotations.errors import UserError
@@ -35,7 +36,10 @@ def propose(qtbot: QtBot, session: Session, folder: Path) -> StudyProposal:
 def opened(qtbot: QtBot, empty_session: Session, folder: Path) -> Session:
     """A session with a study of the three volumes open, made by it."""
     proposal = propose(qtbot, empty_session, folder)
-    study = with_rules(proposal.study_in(folder), title="Series", annotators=("anna", "ben"), order="listed")
+    paths = [each.path for each in proposal.found]
+    study = with_rules(
+        proposal.study_in(folder, paths), title="Series", annotators=("anna", "ben"), order="listed"
+    )
     with qtbot.waitSignal(empty_session.studies.created):
         empty_session.studies.create(study, folder, proposal.tools[study.tool])
     open_and_wait(qtbot, empty_session, folder)
@@ -46,10 +50,50 @@ def test_a_folder_is_looked_through_for_what_a_study_can_be_made_of(
     qtbot: QtBot, empty_session: Session, folder: Path
 ) -> None:
     proposal = propose(qtbot, empty_session, folder)
-    assert [path.name for path in proposal.paths] == ["a.npy", "b.npy", "c.npy"]
+    paths = [each.path for each in proposal.found]
+    assert [path.name for path in paths] == ["a.npy", "b.npy", "c.npy"]
     assert "needle" in proposal.tools
-    assert [volume.path for volume in proposal.study_in(folder).volumes] == ["a.npy", "b.npy", "day2/c.npy"]
-    assert proposal.study_in(folder.parent).volumes[0].path == "series/a.npy"
+    assert [volume.path for volume in proposal.study_in(folder, paths[1:]).volumes] == ["b.npy", "day2/c.npy"]
+    assert proposal.study_in(folder.parent, paths).volumes[0].path == "series/a.npy"
+    assert proposal.belongs_to == ""
+
+
+def test_what_cannot_be_read_and_what_is_there_twice_is_told(
+    qtbot: QtBot, empty_session: Session, folder: Path
+) -> None:
+    (folder / "broken.npy").write_bytes(bytes(range(100)))
+    (folder / "twin.npy").write_bytes((folder / "a.npy").read_bytes())
+    by_name = {each.path.name: each for each in propose(qtbot, empty_session, folder).found}
+    assert "no format" in by_name["broken.npy"].problem
+    assert by_name["twin.npy"].same_as == folder / "a.npy"
+    assert by_name["b.npy"] == FoundVolume(folder / "b.npy")
+
+
+def test_volumes_of_another_study_are_told_by_its_title(
+    qtbot: QtBot, opened: Session, folder: Path, tmp_path: Path
+) -> None:
+    assert propose(qtbot, opened, folder / "day2").belongs_to == "the study “Series”"
+    # The open study may be kept elsewhere than its volumes.
+    study = with_rules(load_study(folder), title="Far", volumes=())
+    (folder / STUDY_FILE).unlink()
+    far = tmp_path / "far"
+    save_study(with_volumes(study, far, [folder / "a.npy"]).study, far)
+    open_and_wait(qtbot, opened, far)
+    assert propose(qtbot, opened, folder).belongs_to == "the study “Far”"
+
+
+def test_no_study_is_made_of_volumes_by_those_who_are_blind_to_them(
+    qtbot: QtBot, opened: Session, folder: Path
+) -> None:
+    save_study(with_rules(load_study(folder), blind=True), folder)
+    with (
+        qtbot.assertNotEmitted(opened.studies.proposed),
+        qtbot.waitSignal(opened.error_raised) as raised,
+    ):
+        opened.studies.propose(folder / "day2")
+    said = str(raised.args[0])
+    assert "belong to the study “Series”, in which you annotate without knowing them by name" in said
+    assert "npy" not in said
 
 
 def test_a_folder_with_a_study_or_without_volumes_is_an_error(
@@ -73,7 +117,10 @@ def test_a_study_that_came_into_being_meanwhile_is_not_overwritten(
 ) -> None:
     written = (folder / STUDY_FILE).read_bytes()
     study = with_rules(load_study(folder), title="Mine")
-    with qtbot.waitSignal(opened.error_raised) as raised:
+    with (
+        qtbot.assertNotEmitted(opened.error_raised),
+        qtbot.waitSignal(opened.studies.create_failed) as raised,
+    ):
         opened.studies.create(study, folder, opened.tools()[study.tool])
     assert "not overwritten" in str(raised.args[0])
     assert (folder / STUDY_FILE).read_bytes() == written
@@ -105,9 +152,13 @@ def test_what_somebody_else_changed_meanwhile_is_not_overwritten(
     before = opened.studies.study
     theirs = with_annotators(before, ["dora"])
     save_study(theirs, folder)
-    with qtbot.waitSignal(opened.error_raised) as raised:
+    with (
+        qtbot.assertNotEmitted(opened.error_raised),
+        qtbot.waitSignal(opened.studies.change_failed) as raised,
+    ):
         opened.studies.change(before, with_annotators(before, ["cara"]))
     assert "somebody has changed the study" in str(raised.args[0])
+    assert raised.args[0].present == theirs
     assert load_study(folder) == theirs
 
 
@@ -126,7 +177,17 @@ def test_volumes_to_add_are_looked_for_in_folders_and_among_files(
 ) -> None:
     with qtbot.waitSignal(opened.studies.volumes_found) as found:
         opened.studies.find([folder / "day2", folder / "a.npy"])
-    assert found.args == [(folder / "day2" / "c.npy", folder / "a.npy")]
+    assert found.args == [(FoundVolume(folder / "day2" / "c.npy"), FoundVolume(folder / "a.npy"))]
+
+
+def test_a_copy_of_a_volume_of_the_study_is_told(
+    qtbot: QtBot, opened: Session, folder: Path, tmp_path: Path
+) -> None:
+    copy = tmp_path / "copy.npy"
+    copy.write_bytes((folder / "a.npy").read_bytes())
+    with qtbot.waitSignal(opened.studies.volumes_found) as found:
+        opened.studies.find([copy])
+    assert found.args == [(FoundVolume(copy, same_as=folder / "a.npy"),)]
 
 
 def test_a_search_that_fails_says_so_to_whoever_waits_for_it(

@@ -9,7 +9,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QLabel, QLineEdit, QPlainTextEdit, QTreeWidget
 from pytestqt.qtbot import QtBot
 
-from annotations.documents.study import STUDY_FILE, load_study
+from annotations.documents import study_building
+from annotations.documents.study import STUDY_FILE, load_study, save_study
+from annotations.documents.study_building import with_annotators
+from annotations.durable_files import SaveError
 from annotator.dialogs.error_dialog import ErrorDialog
 from annotator.dialogs.study_check_dialog import StudyCheckDialog
 from annotator.dialogs.study_dialog import StudyDialog
@@ -79,6 +82,50 @@ def test_a_folder_that_is_no_good_is_said_and_leaves_nothing(
     dialog.reject()
     assert "here is no volume in this folder" in said
     assert not (tmp_path / "none" / STUDY_FILE).exists()
+
+
+def test_a_new_study_that_cannot_be_written_leaves_the_dialog_as_it_was(
+    qtbot: QtBot,
+    window: MainWindow,
+    person,
+    folder: Path,
+    choose: Callable[[Path], None],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise SaveError("it could not be written", where=folder, remedy="Choose another folder")
+
+    monkeypatch.setattr(study_building, "save_study", refuse)
+    choose(folder)
+    person.action("new_study").trigger()
+    dialog = person.dialog(StudyDialog)
+    qtbot.keyClicks(dialog.findChild(QLineEdit, "study_new_annotator"), "ben\r")
+    person.click(dialog, "study_ok")
+    said = dialog.findChild(QLabel, "study_problem")
+    qtbot.waitUntil(lambda: "could not be written" in said.text())
+    assert dialog.isVisible()
+    assert dialog.study.annotators == ("anna", "ben")
+    monkeypatch.undo()
+    person.click(dialog, "study_ok")
+    qtbot.waitUntil(lambda: window.session.volume is not None and not window.session.jobs.running)
+    assert load_study(folder).annotators == ("anna", "ben")
+    assert not person.has_dialog()
+
+
+def test_what_somebody_else_changed_and_what_was_typed_are_both_in_the_study(
+    qtbot: QtBot, at_study: MainWindow, person, folder: Path
+) -> None:
+    person.action("study_settings").trigger()
+    dialog = person.dialog(StudySettingsDialog)
+    qtbot.keyClicks(dialog.findChild(QLineEdit, "study_new_annotator"), "ben\r")
+    save_study(with_annotators(load_study(folder), ["dora"]), folder)
+    person.click(dialog, "study_ok")
+    qtbot.waitUntil(lambda: not dialog.isVisible())
+    anew = person.dialog(StudySettingsDialog)
+    assert "Somebody else has changed the study" in anew.findChild(QLabel, "study_problem").text()
+    person.click(anew, "study_ok")
+    qtbot.waitUntil(lambda: at_study.session.studies.study.annotators == ("anna", "dora", "ben"))
+    assert load_study(folder).annotators == ("anna", "dora", "ben")
 
 
 def test_settings_and_check_are_of_an_open_study(window: MainWindow) -> None:
@@ -152,6 +199,7 @@ def test_who_works_blind_is_shown_neither_settings_nor_check(
         with qtbot.waitSignal(session.message_posted) as said:
             window.actions_by_name[name].trigger()
         assert "You annotate this study blind" in said.args[0]
+        assert ("settings" in said.args[0]) == ("they are for whoever" in said.args[0])
     assert not session.jobs.running
     assert not at_window.has_dialog()
     session.shut_down()
