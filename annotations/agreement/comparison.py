@@ -157,7 +157,8 @@ class _Comparison:
         self._step()
         main = figures(first, tool, **drawn)
         self._step()
-        without_doubtful = figures(first.without_doubtful(), tool, **drawn)
+        # Half of all the time, and mostly there is no doubt.
+        without_doubtful = figures(first.without_doubtful(), tool, **drawn) if first.doubtful.any() else main
         self._step()
         seen = all_first.has_document & ~all_first.is_blind
         with_not_blind = figures(all_first, tool, **drawn) if seen.any() else None
