@@ -23,7 +23,7 @@ from annotator.looks.folding import Folding
 from annotator.looks.labels import Heading, WrappedText
 from annotator.looks.naming import named
 
-_TITLE_LETTERS = 56
+_TITLE_LETTERS = 72
 
 
 class ErrorDialog(QDialog):

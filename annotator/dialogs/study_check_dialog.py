@@ -192,7 +192,7 @@ class _Places(QStyledItemDelegate):
         super().initStyleOption(option, index)
         # Wrapped text would lose its end.
         option.features &= ~QStyleOptionViewItem.ViewItemFeature.WrapText
-        option.textElideMode = Qt.TextElideMode.ElideMiddle
+        option.textElideMode = Qt.TextElideMode.ElideLeft
 
 
 def _opens(item: QTreeWidgetItem) -> bool:

@@ -88,7 +88,6 @@ class StudyDialog(StudyForm):
         return self._proposal.tools[self._tool.currentData()]
 
     def _lay_out(self) -> None:
-        count = len(self._proposal.found)
         place = QHBoxLayout()
         place.addWidget(self._place, 1)
         place.addWidget(self._elsewhere)
@@ -108,7 +107,7 @@ class StudyDialog(StudyForm):
         columns.addLayout(left, 1)
         columns.addWidget(self._fields, 1)
         self._ok.setText("&Create and open")
-        self._lay_out_form(f"A study of {count} volume{'s' if count > 1 else ''}", columns)
+        self._lay_out_form(columns)
 
     def _state(self) -> object:
         chosen = (self._title.text(), self._tool.currentData(), self.folder, self._volumes.paths)
@@ -116,6 +115,7 @@ class StudyDialog(StudyForm):
 
     def _draw(self) -> None:
         paths = self._volumes.paths
+        self._heading.setText(f"A study of {len(paths)} volume{'' if len(paths) == 1 else 's'}")
         self._fields.set_repeatable(len(paths))
         problems = [*self._fields.problems]
         if not self._title.text().strip():

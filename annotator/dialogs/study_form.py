@@ -18,7 +18,7 @@ from annotator.looks.labels import Heading, WrappedText
 from annotator.looks.naming import named
 
 _PROBLEMS_SHOWN = 3
-_LINES_RESERVED = 2
+_LINES_RESERVED = 3
 
 
 class StudyForm(QDialog):
@@ -46,6 +46,7 @@ class StudyForm(QDialog):
         self._question: QMessageBox | None = None
         self.setWindowTitle(title)
         self.setSizeGripEnabled(True)
+        self._heading = Heading(name="study_heading")
         self._problem = WrappedText(name="study_problem")
         self._problem.set_color(lambda colors: colors.error)
         self._problem.setAlignment(Qt.AlignmentFlag.AlignTop)
@@ -84,9 +85,9 @@ class StudyForm(QDialog):
         """Read the fields, and show what comes of them."""
         raise NotImplementedError
 
-    def _lay_out_form(self, heading: str, columns: QLayout, *below: QWidget) -> None:
+    def _lay_out_form(self, columns: QLayout, *below: QWidget) -> None:
         layout = QVBoxLayout(self)
-        layout.addWidget(Heading(heading, name="study_heading"))
+        layout.addWidget(self._heading)
         layout.addLayout(columns)
         layout.setStretch(1, 1)
         for widget in (*below, self._problem, self._buttons):

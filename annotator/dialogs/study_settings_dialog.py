@@ -158,8 +158,8 @@ class StudySettingsDialog(StudyForm):
         columns.addLayout(left, 1)
         columns.addWidget(self._fields, 1)
         self._ok.setText("&Change the study")
-        heading = "Ids, numbers in the queues and finished work stay as they are"
-        self._lay_out_form(heading, columns, self._changes)
+        self._heading.setText("Ids, numbers in the queues and finished work stay as they are")
+        self._lay_out_form(columns, self._changes)
 
     def _state(self) -> object:
         return (self._title.text(), self._volumes.found, self._volumes.paths, self._fields.state)

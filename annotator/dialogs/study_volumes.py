@@ -5,7 +5,15 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal, Slot
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QHeaderView,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
 
 from annotations.documents.seen_volumes import FoundVolume
 from annotations.documents.study import Study
@@ -14,6 +22,7 @@ from annotator.looks.naming import named
 
 _FOUND = Qt.ItemDataRole.UserRole
 _ROWS_SHOWN = 6
+_ID_LETTERS = 18
 _REMARKS_SHOWN = 3
 _TWICE = "comes twice"
 
@@ -44,10 +53,15 @@ class StudyVolumes(QWidget):
         self._list.setRootIsDecorated(False)
         self._list.setUniformRowHeights(True)
         self._list.setAlternatingRowColors(True)
-        self._list.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        # What tells the files of a series apart is mostly a number at the end.
+        self._list.setTextElideMode(Qt.TextElideMode.ElideLeft)
         self._list.setSelectionMode(QTreeWidget.SelectionMode.ExtendedSelection)
         self._list.setMinimumHeight(_ROWS_SHOWN * 2 * self.fontMetrics().height())
         self._list.setMinimumWidth(28 * self.fontMetrics().averageCharWidth())
+        header = self._list.header()
+        header.setStretchLastSection(False)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
         self._list.itemChanged.connect(self._on_list_item_changed)
         self._list.itemSelectionChanged.connect(self._on_list_item_selection_changed)
         self._take_out = named(
@@ -112,13 +126,15 @@ class StudyVolumes(QWidget):
                 continue
             there.add(each.path.resolve())
             added += 1
-            item = QTreeWidgetItem(["", str(each.path), _remark(each)])
+            is_below = each.path.is_relative_to(folder)
+            shown = each.path.relative_to(folder) if is_below else each.path
+            item = QTreeWidgetItem(["", shown.as_posix(), _remark(each)])
             item.setData(0, _FOUND, each)
             is_in = not each.problem if checked is None else each.path in checked
             item.setCheckState(0, Qt.CheckState.Checked if is_in else Qt.CheckState.Unchecked)
             item.setToolTip(0, "Whether it is to be in the study")
             item.setToolTip(1, str(each.path))
-            item.setToolTip(2, f"{each.problem}." if each.problem else _remark(each))
+            item.setToolTip(2, _sentence(each))
             self._list.addTopLevelItem(item)
             if self._known is not None:
                 _embolden(item)
@@ -140,12 +156,10 @@ class StudyVolumes(QWidget):
             item.setText(1, volume.path)
             item.setText(2, ", ".join(filter(None, (remark, _TWICE if volume.repeats else ""))))
         self._list.blockSignals(was_blocked)
-        for column in (0, 2):
-            self._list.resizeColumnToContents(column)
-        widest = self._list.viewport().width() // 3
+        self._list.resizeColumnToContents(0)
+        # Ids are mostly what the files are called.
+        widest = _ID_LETTERS * self.fontMetrics().averageCharWidth()
         self._list.setColumnWidth(0, min(self._list.columnWidth(0), widest))
-        left = self._list.viewport().width() - self._list.columnWidth(0) - self._list.columnWidth(2)
-        self._list.setColumnWidth(1, max(left, widest))
 
     def _new_items(self) -> list[QTreeWidgetItem]:
         rows = range(self._list.topLevelItemCount())
@@ -186,14 +200,15 @@ class StudyVolumes(QWidget):
 
 def _remark(found: FoundVolume) -> str:
     if found.problem:
-        return "cannot be read"
-    return f"same volume as {found.same_as.name}" if found.same_as is not None else ""
+        return "unreadable"
+    return "double" if found.same_as is not None else ""
 
 
 def _sentence(found: FoundVolume) -> str:
     if found.problem:
         return f"{found.path.name}: {found.problem}. It is left out unless you check it."
-    return f"{found.path.name} is the {_remark(found)}." if found.same_as is not None else ""
+    same_as = found.same_as
+    return f"{found.path.name} is the same volume as {same_as.name}." if same_as is not None else ""
 
 
 def _embolden(item: QTreeWidgetItem) -> None:

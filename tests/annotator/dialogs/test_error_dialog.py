@@ -93,3 +93,10 @@ def test_escape_and_close_end_it(qtbot: QtBot) -> None:
     dialog = show(qtbot, UserError("x"))
     press(qtbot, dialog, QPushButton, "error_close")
     assert not dialog.isVisible()
+
+
+def test_the_title_has_room_in_the_frame_of_the_window(qtbot: QtBot) -> None:
+    dialog = show(qtbot, UserError("it failed"))
+    title = dialog.fontMetrics().horizontalAdvance(dialog.windowTitle())
+    # Beside it are the frame's icon and buttons, and frames write in bold.
+    assert dialog.width() >= 2 * title

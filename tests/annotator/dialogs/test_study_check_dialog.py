@@ -97,7 +97,7 @@ def test_a_long_place_keeps_the_files_name(dialog: StudyCheckDialog) -> None:
     index = tree.model().index(1, 1)
     tree.itemDelegateForColumn(1).initStyleOption(option, index)
     assert not option.features & QStyleOptionViewItem.ViewItemFeature.WrapText
-    assert option.textElideMode == Qt.TextElideMode.ElideMiddle
+    assert option.textElideMode == Qt.TextElideMode.ElideLeft
 
 
 def test_the_list_is_copied_as_a_table(qtbot: QtBot, dialog: StudyCheckDialog) -> None:

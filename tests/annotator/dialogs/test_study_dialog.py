@@ -262,6 +262,7 @@ def test_volumes_are_taken_out_of_the_list(qtbot: QtBot, make: Make) -> None:
     volumes.setCurrentItem(volumes.topLevelItem(1))
     click(qtbot, dialog, "study_take_out")
     assert [volume.id for volume in dialog.study.volumes] == ["scan-1"]
+    assert dialog.findChild(QLabel, "study_heading").text() == "A study of 1 volume"
     volumes.topLevelItem(0).setCheckState(0, Qt.CheckState.Unchecked)
     assert problem(dialog) == "The study needs a volume: check one."
 
