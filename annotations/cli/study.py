@@ -143,11 +143,11 @@ def _readable(paths: Sequence[Path], known: Sequence[Path] = (), *, keeps_all: b
     found = look_at_volumes(paths, known=known, progress=show_progress)
     for each in found:
         if each.problem:
-            remedy = "It is in the study all the same" if keeps_all else "It is left out"
+            remedy = "It is taken all the same" if keeps_all else "It is left out"
             complain(StudyError(each.problem, where=each.path, remedy=remedy))
         elif each.same_as is not None:
             problem = f"it is the same volume as {each.same_as} (equal fingerprints)"
-            complain(StudyError(problem, where=each.path, remedy="Both are in the study"))
+            complain(StudyError(problem, where=each.path, remedy="Both are taken"))
     kept = tuple(each.path for each in found if keeps_all or not each.problem)
     if not kept:
         raise StudyError(

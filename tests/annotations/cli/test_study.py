@@ -64,7 +64,7 @@ def test_volumes_that_cannot_be_read_are_left_out_unless_they_are_wanted(
     code, [made], messages = run_json("study", tmp_path / "all", *arguments, "--keep-unreadable")
     assert code == 0
     assert "broken" in [volume["id"] for volume in made["volumes"]]
-    assert "in the study all the same" in messages
+    assert "taken all the same" in messages
 
 
 def test_a_study_of_nothing_that_can_be_read_is_not_made(tmp_path: Path, run_json: Any) -> None:
