@@ -11,8 +11,8 @@ from annotations.agreement.found_files import files_below, files_of_study
 from annotations.agreement.part_table import PartTable
 from annotations.agreement.results import LeftOut
 from annotations.agreement.sieve import sift
-from annotations.agreement.standing import STANDINGS
 from annotations.documents.record import Method
+from annotations.documents.standing import STANDINGS
 from annotations.documents.study import STUDY_FILE, Study, load_study, study_folder_of
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool import ToolSpecification

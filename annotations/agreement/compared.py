@@ -24,7 +24,7 @@ class Compared:
     positions_um : (V, A, K, 3) array of float64
         In the tool's order of keypoints, in each volume's frame; NaN where a keypoint does not count.
     standing : (V, A, K) array of uint8
-        Index into `STANDINGS` of `annotations.agreement.standing` for each keypoint; ``no_position`` also
+        Index into `STANDINGS` of `annotations.documents.standing` for each keypoint; ``no_position`` also
         where there is no document.
     doubtful : (V, A, K) array of bool
         Counted, and said by a person to be occluded, out of view or unsure.

@@ -19,10 +19,10 @@ from annotations.agreement.method_comparison import method_comparison
 from annotations.agreement.pairs import pair_results
 from annotations.agreement.reliability import reliability_of
 from annotations.agreement.results import Agreement, Counts, MethodResult, PairedTest
-from annotations.agreement.standing import STANDINGS, Standing
 from annotations.agreement.turned_boxes import turned_boxes
 from annotations.agreement.worst_volumes import volume_results
 from annotations.documents.record import Method, now
+from annotations.documents.standing import STANDINGS, Standing
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool import ToolSpecification
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from annotations.agreement.standing import standing
 from annotations.documents.annotation import Annotation, BoxAnnotation, KeypointAnnotation, Part, State
 from annotations.documents.provenance import Contribution
 from annotations.documents.record import changed
+from annotations.documents.standing import standing
 from annotations.documents.visibility import box_extent_um
 from annotations.documents.volume_link import relative_path
 from annotations.geometry.boxes import Box, box_between
@@ -134,6 +134,19 @@ def propose(opinions: Sequence[Opinion]) -> Consensus:
         },
         tuple(opinions),
     )
+
+
+def changed_since(document: Annotation, contributions: Sequence[Contribution]) -> tuple[str, ...]:
+    """Return, by name, whose annotation is another than that from which a consensus was made.
+
+    Parameters
+    ----------
+    contributions : sequence of Contribution
+        What it would be made from by now.
+    """
+    before = {each.annotator: each for each in document.consensus_of}
+    now = {each.annotator: each for each in contributions}
+    return tuple(name for name in sorted({*before, *now}) if before.get(name) != now.get(name))
 
 
 def distance_um(first: Part, second: Part) -> float | None:

@@ -10,8 +10,8 @@ import numpy as np
 from annotations.agreement.compared import Compared
 from annotations.agreement.part_table import PartTable
 from annotations.agreement.results import Input
-from annotations.agreement.standing import STANDINGS
 from annotations.documents.record import Method, Status
+from annotations.documents.standing import STANDINGS
 from annotations.geometry.frames import Vector
 
 _NO_POSITION = STANDINGS.index("no_position")

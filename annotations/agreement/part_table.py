@@ -8,7 +8,6 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from annotations.agreement.standing import STANDINGS, is_doubtful, standing
 from annotations.documents.annotation import (
     Annotation,
     BoxAnnotation,
@@ -19,6 +18,7 @@ from annotations.documents.annotation import (
 )
 from annotations.documents.files import completed
 from annotations.documents.record import Method
+from annotations.documents.standing import STANDINGS, is_doubtful, standing
 from annotations.geometry.boxes import box_ends_um
 from annotations.geometry.tool import ToolSpecification
 

@@ -27,8 +27,8 @@ import numpy as np
 from annotations.agreement.compared import Compared
 from annotations.agreement.figures import figures
 from annotations.agreement.results import Statistics
-from annotations.agreement.standing import STANDINGS
 from annotations.documents.record import Method
+from annotations.documents.standing import STANDINGS
 from annotations.geometry.boxes import box_ends_um
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotations.geometry.rotations import quaternion

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from annotations.agreement.compared import Compared
-from annotations.agreement.standing import STANDINGS
+from annotations.documents.standing import STANDINGS
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
 from tests.annotations.agreement.written import WrittenStudy

@@ -11,9 +11,9 @@ import pytest
 from annotations.agreement.collecting import collect
 from annotations.agreement.comparison import agreement_of
 from annotations.agreement.results import Statistics
-from annotations.agreement.standing import STANDINGS
 from annotations.documents.provenance import Viewing
 from annotations.documents.representations import keypoint_positions_um
+from annotations.documents.standing import STANDINGS
 from annotations.documents.study import StudyError
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.kinematics import keypoints_um

@@ -9,7 +9,7 @@ import pytest
 from annotations.agreement.compared import Compared, Material
 from annotations.agreement.comparison import agreement_of, compare, counts
 from annotations.agreement.results import Agreement, Figures
-from annotations.agreement.standing import STANDINGS
+from annotations.documents.standing import STANDINGS
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool import ToolSpecification
 from tests.annotations.agreement.written import document, write

@@ -1,4 +1,4 @@
-"""Whether a keypoint or a box counts in a comparison: only what a person placed where it is."""
+"""Whether a keypoint or a box counts as somebody's judgement: only what a person placed where it is."""
 
 from typing import Literal, get_args
 
