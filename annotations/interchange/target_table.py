@@ -17,8 +17,9 @@ from annotations.geometry.targets import PoseTargets
 from annotations.geometry.tool import ToolSpecification
 from annotations.interchange.speaking_documents import SpeakingDocument
 from annotations.interchange.split import SplitRule, split_of
+from annotations.volumes.readers.hdf5 import TRAINING_SCHEMA
 
-SCHEMA = "oct-targets/1"
+SCHEMA = f"{TRAINING_SCHEMA}1"
 
 
 @dataclass(frozen=True)

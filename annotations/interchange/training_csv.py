@@ -7,6 +7,7 @@ from pathlib import Path
 
 from annotations import __version__
 from annotations.interchange.target_table import SCHEMA, TargetRow, TargetTable
+from annotations.volumes.readers.hdf5 import TRAINING_SCHEMA
 
 _Field = tuple[str, object]
 
@@ -34,7 +35,7 @@ def is_targets_csv(path: Path) -> bool:
             schema = next(rows, {}).get("schema")
     except (OSError, UnicodeDecodeError, csv.Error):
         return False
-    return isinstance(schema, str) and schema.startswith(SCHEMA.partition("/")[0] + "/")
+    return isinstance(schema, str) and schema.startswith(TRAINING_SCHEMA)
 
 
 def _fields(table: TargetTable, row: TargetRow) -> Iterator[_Field]:

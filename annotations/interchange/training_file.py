@@ -14,11 +14,12 @@ from annotations.interchange.speaking_documents import Choice, LeftOut, speaking
 from annotations.interchange.split import SPLITS, SplitRule
 from annotations.interchange.target_table import target_table
 from annotations.interchange.training_csv import csv_bytes, is_targets_csv
-from annotations.interchange.training_hdf5 import hdf5_bytes, is_targets_hdf5
+from annotations.interchange.training_hdf5 import hdf5_bytes
+from annotations.volumes.readers.hdf5 import is_training_file
 
 _FORMATS = {
-    ".h5": (hdf5_bytes, is_targets_hdf5),
-    ".hdf5": (hdf5_bytes, is_targets_hdf5),
+    ".h5": (hdf5_bytes, is_training_file),
+    ".hdf5": (hdf5_bytes, is_training_file),
     ".csv": (csv_bytes, is_targets_csv),
 }
 

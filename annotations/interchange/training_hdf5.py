@@ -2,7 +2,6 @@
 
 import io
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import h5py
@@ -41,16 +40,6 @@ def hdf5_bytes(table: TargetTable) -> bytes:
         _write_targets(file.create_group("targets"), table)
         _write_documents(file.create_group("document"), table)
     return stream.getvalue()
-
-
-def is_targets_hdf5(path: Path) -> bool:
-    """Say whether a file is one that `hdf5_bytes` made, of this or another version."""
-    try:
-        with h5py.File(path, "r") as file:
-            schema = file.attrs.get("schema")
-    except OSError:
-        return False
-    return isinstance(schema, str) and schema.startswith(SCHEMA.partition("/")[0] + "/")
 
 
 def _write_volumes(file: h5py.File, table: TargetTable) -> None:

@@ -15,6 +15,7 @@ SUFFIXES = (".npy", ".npz", ".h5", ".hdf5", ".hdf", ".tif", ".tiff", ".btf")
 _TIFF_MAGICS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 _HDF5_PLACES = (0, 512, 1024, 2048)
+_HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
 _ZARR_METADATA = ("zarr.json", ".zarray", ".zgroup")
 
 
@@ -81,7 +82,8 @@ def open_volume(path: Path, *, dataset: str | None = None) -> Volume:
 def volume_paths(folder: Path) -> list[Path]:
     """Return what `open_volume` could open in a folder, judged by names, in natural order.
 
-    Volume 10 comes after volume 9. Hidden files and the folders' own content are left out.
+    Volume 10 comes after volume 9. Hidden files and the folders' own content are left out, and so are
+    training files, for which HDF5 files, and no others, are looked into.
 
     Raises
     ------
@@ -118,8 +120,14 @@ def _open(path: Path, dataset: str | None) -> tuple[str, StoredArray]:
 
         return "tiff", open_tiff(path, dataset)
     if _HDF5_MAGIC in heads:
-        from annotations.volumes.readers.hdf5 import open_hdf5
+        from annotations.volumes.readers.hdf5 import is_training_file, open_hdf5
 
+        if is_training_file(path):
+            raise VolumeError(
+                "it is a training file: it holds what was annotated in volumes, and no volume",
+                where=path,
+                remedy="Open a volume, or the study that it was exported from",
+            )
         return "hdf5", open_hdf5(path, dataset)
     raise VolumeError(
         "its content is of no format that can be opened",
@@ -152,7 +160,12 @@ def _could_be_volume(entry: Path) -> bool:
     except PermissionError:
         # One folder that is someone else's does not hide the volumes beside it.
         return False
-    return entry.suffix.lower() in SUFFIXES
+    suffix = entry.suffix.lower()
+    if suffix in _HDF5_SUFFIXES:
+        from annotations.volumes.readers.hdf5 import is_training_file
+
+        return not is_training_file(entry)
+    return suffix in SUFFIXES
 
 
 def _is_zarr(folder: Path) -> bool:

@@ -22,6 +22,9 @@ from annotations.volumes.volume import (
     closed,
 )
 
+TRAINING_SCHEMA = "oct-targets/"
+"""How the root attribute ``schema`` begins of the program's own training files, of whatever version."""
+
 _CHUNK_CACHE_BYTES = 32 << 20
 _TILE_BYTES = 16 << 20
 
@@ -83,6 +86,16 @@ def _pieces(part: slice, edge: int) -> Iterator[tuple[slice, slice]]:
         count = len(range(indices[done], min(border, part.stop), part.step))
         yield slice(done, done + count), slice(indices[done], indices[done + count - 1] + 1)
         done += count
+
+
+def is_training_file(path: Path) -> bool:
+    """Say whether a file is one that was exported for training; False where it is no readable HDF5 file."""
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            schema = file.attrs.get("schema")
+    except OSError:
+        return False
+    return isinstance(schema, str) and schema.startswith(TRAINING_SCHEMA)
 
 
 def open_hdf5(path: Path, dataset: str | None) -> StoredArray:

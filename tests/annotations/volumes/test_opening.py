@@ -294,6 +294,17 @@ def test_a_folder_lists_its_volumes_in_natural_order(writers, tmp_path: Path, ra
     ]
 
 
+def test_a_training_file_is_no_volume_and_says_what_it_is(tmp_path: Path, ramp: np.ndarray) -> None:
+    for name, schema in (("targets.h5", "oct-targets/1"), ("other.hdf5", "another/1"), ("scan.h5", None)):
+        with h5py.File(tmp_path / name, "w") as file:
+            file["volume"] = ramp
+            if schema is not None:
+                file.attrs["schema"] = schema
+    assert [path.name for path in volume_paths(tmp_path)] == ["other.hdf5", "scan.h5"]
+    refuse(tmp_path / "targets.h5", "training file")
+    open_volume(tmp_path / "other.hdf5").close()
+
+
 def anonymous_bytes() -> int:
     status = Path("/proc/self/status").read_text()
     return next(int(line.split()[1]) * 1024 for line in status.splitlines() if line.startswith("RssAnon"))
