@@ -144,6 +144,9 @@ def changed_since(document: Annotation, contributions: Sequence[Contribution]) -
     contributions : sequence of Contribution
         What it would be made from by now.
     """
+    if not document.consensus_of:
+        # Placed by a reviewer from the beginning.
+        return ()
     before = {each.annotator: each for each in document.consensus_of}
     now = {each.annotator: each for each in contributions}
     return tuple(name for name in sorted({*before, *now}) if before.get(name) != now.get(name))

@@ -12,6 +12,13 @@ from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
 
 
+def opinion_paths(folder: Path, volume_id: str, method: Method) -> tuple[Path, ...]:
+    """Return the files of the annotators' first passes over a volume, by their names."""
+    name = AnnotationName(volume_id, method).file_name
+    paths = sorted(folder.glob(f"annotations/*/{glob.escape(name)}"))
+    return tuple(path for path in paths if path.parent.name != CONSENSUS)
+
+
 def read_opinions(
     folder: Path, volume_id: str, method: Method, tool: ToolSpecification
 ) -> tuple[Opinion, ...]:
@@ -20,11 +27,8 @@ def read_opinions(
     The consensus itself is not among them, nor is a file that cannot be read (its author is told so, and
     `annotations.documents.study_checks` names it) or that is about another tool.
     """
-    name = AnnotationName(volume_id, method).file_name
     opinions = []
-    for path in sorted(folder.glob(f"annotations/*/{glob.escape(name)}")):
-        if path.parent.name == CONSENSUS:
-            continue
+    for path in opinion_paths(folder, volume_id, method):
         with contextlib.suppress(UserError):
             document, sha256 = load_annotation(path)
             if document.tool == tool.name and document.method == method:

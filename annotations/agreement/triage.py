@@ -7,6 +7,8 @@ from pathlib import Path
 from statistics import median
 from typing import Literal
 
+from annotations.agreement.consensus import Consensus, changed_since
+from annotations.agreement.opinions import read_opinions
 from annotations.agreement.results import Agreement, Input
 from annotations.documents.files import completed, load_annotation, tool_of
 from annotations.documents.record import Method
@@ -14,7 +16,8 @@ from annotations.documents.study import CONSENSUS, AnnotationName, study_folder_
 from annotations.errors import Cancelled, UserError
 from annotations.fitting.pose_fit import fit_document
 
-Settled = Literal["no", "in_progress", "done"]
+Settled = Literal["no", "in_progress", "stale", "done"]
+"""How far a consensus is; ``stale`` where it is done, and an annotation was changed since."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,7 @@ class TriageEntry:
     ----------
     volume : str
     disagreement : float
-        `VolumeResult.rank`: 1 for what is usual here; 0 with fewer than two annotators.
+        `VolumeResult.ratio_to_median`: 1 for what is usual here; 0 with fewer than two annotators.
     residual_um : float or None
         Of the annotators' documents the largest root mean square by which the tool, fitted to one, misses
         its keypoints or boxes; None where nothing can be fitted.
@@ -98,11 +101,11 @@ def triage(
     entries = [
         TriageEntry(
             volume,
-            results[volume].rank if volume in results else 0.0,
+            results[volume].ratio_to_median if volume in results else 0.0,
             residuals_um.get(volume),
             residuals_um[volume] / usual_um if volume in residuals_um and usual_um else 0.0,
             tuple(flags[volume]),
-            _settled(folder, volume, method),
+            _settled(folder, volume, method, tool_folders),
             results[volume].reasons if volume in results else (),
         )
         for volume in _volumes(inputs)
@@ -129,12 +132,20 @@ def _said(path: Path, tool_folders: Sequence[Path]) -> tuple[str | None, float |
     return document.flag, fit.rms_um if fit is not None else None
 
 
-def _settled(folder: Path, volume: str, method: Method) -> Settled:
+def _settled(folder: Path, volume: str, method: Method, tool_folders: Sequence[Path]) -> Settled:
     study = study_folder_of(folder / "annotations")
     if study is None:
         return "no"
     path = study / "annotations" / CONSENSUS / AnnotationName(volume, method).file_name
     try:
-        return load_annotation(path)[0].status
+        document = load_annotation(path)[0]
     except UserError:
         return "no"
+    if document.status != "done":
+        return document.status
+    try:
+        tool = tool_of(document, tool_folders)
+    except UserError:
+        return "done"
+    now = Consensus({}, read_opinions(study, volume, method, tool)).contributions(path)
+    return "stale" if changed_since(document, now) else "done"

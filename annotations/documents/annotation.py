@@ -224,7 +224,7 @@ class Annotation(Record):
         The annotations that a consensus was made from; empty for a person's own annotation.
     created, modified : datetime
         UTC. ``modified`` and ``program`` are stamped when the file is written; they are no edits.
-    active_seconds, viewings, reopened
+    active_seconds, viewings, reopened, reviewer, reviewed
         See `Stamps`: also stamped, also no edits.
     program : str
         Version of the program that wrote the file.
@@ -249,6 +249,8 @@ class Annotation(Record):
     active_seconds: NonNegative = 0.0
     viewings: tuple[Viewing, ...] = ()
     reopened: Moment | None = None
+    reviewer: str | None = None
+    reviewed: Moment | None = None
     program: str = __version__
 
     @model_validator(mode="after")
@@ -275,7 +277,13 @@ class Annotation(Record):
     @property
     def stamps(self) -> Stamps:
         """What the file says of the work on the document, apart from its edits."""
-        return Stamps(active_seconds=self.active_seconds, viewings=self.viewings, reopened=self.reopened)
+        return Stamps(
+            active_seconds=self.active_seconds,
+            viewings=self.viewings,
+            reopened=self.reopened,
+            reviewer=self.reviewer,
+            reviewed=self.reviewed,
+        )
 
     @property
     def is_blind(self) -> bool:
@@ -367,6 +375,12 @@ def with_all_parts(annotation: Annotation, tool: ToolSpecification) -> Annotatio
     return changed(annotation, keypoints=keypoints, boxes=boxes)
 
 
+def is_untouched(annotation: Annotation) -> bool:
+    """Say whether nobody has put anything into a document yet."""
+    is_empty = not annotation.consensus_of and annotation.flag is None and annotation.status == "in_progress"
+    return is_empty and all(part.anchor_um is None and not part.locked for part in annotation.parts)
+
+
 def stamped(annotation: Annotation, stamps: Stamps) -> Annotation:
     """Return the document with what its file is to say of the work on it."""
     if annotation.stamps == stamps:
@@ -376,6 +390,8 @@ def stamped(annotation: Annotation, stamps: Stamps) -> Annotation:
         active_seconds=stamps.active_seconds,
         viewings=stamps.viewings,
         reopened=stamps.reopened,
+        reviewer=stamps.reviewer,
+        reviewed=stamps.reviewed,
     )
 
 

@@ -125,12 +125,15 @@ def propose_consensus(
 ) -> Annotation:
     """Put a proposed consensus where no reviewer has decided yet, and say what it was made from.
 
+    A settled one that this changes is in progress again: nobody has accepted what it says now.
+
     Parameters
     ----------
     parts : mapping of str to KeypointAnnotation or BoxAnnotation
         By name, with the source ``consensus``; unplaced ones take a part away that was proposed before.
     consensus_of : tuple of Contribution
     """
+    before = document
     if consensus_of != document.consensus_of:
         document = changed(document, consensus_of=consensus_of)
     for part in document.parts:
@@ -138,7 +141,7 @@ def propose_consensus(
         is_open = part.state == "unplaced" or part.source == "consensus"
         if proposed is not None and is_open and not part.locked:
             document = _with_part(document, part, **_said_of(proposed))
-    return document
+    return document if document is before else set_status(document, "in_progress")
 
 
 def adopt(document: Annotation, part: Part, annotator: str) -> Annotation:

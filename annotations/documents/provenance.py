@@ -75,11 +75,18 @@ class Stamps(Record):
         Oldest first.
     reopened : datetime or None
         When the document was first changed after it had been done and its annotator could see the others'.
+    reviewer : str or None
+        Of a consensus: who made the last change that is in the file. It is nobody's own, and its annotator is
+        the study.
+    reviewed : datetime or None
+        When that was saved.
     """
 
     active_seconds: NonNegative = 0.0
     viewings: tuple[Viewing, ...] = ()
     reopened: Moment | None = None
+    reviewer: str | None = None
+    reviewed: Moment | None = None
 
 
 NO_STAMPS = Stamps()

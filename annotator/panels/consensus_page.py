@@ -3,6 +3,7 @@
 from functools import partial
 
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, Qt, Slot
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -81,6 +82,10 @@ class ConsensusPage(QWidget):
         session.settling.triaged.connect(self._draw)
         self._make_menus()
         self._draw()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._session.settling.look_for_changes()
 
     def _make_menus(self) -> None:
         """Give each row a button whose menu has the annotators who placed the part."""
@@ -188,7 +193,17 @@ class ConsensusPage(QWidget):
         if not people:
             return f"Nobody has annotated {session.volume_label} by {document.method} yet."
         done = "Settled" if document.status == "done" else "Consensus"
-        return f"{done}: {session.volume_label}, by {document.method}, of {', '.join(people)}."
+        words = f"{done}: {session.volume_label}, by {document.method}, of {', '.join(people)}."
+        if document.status == "done" and session.review is not None:
+            reviewer, moment = session.review
+            accepted = "Changed last" if session.unsaved else "Accepted"
+            words += f" {accepted} by {reviewer}, {moment.astimezone():%-d %b %Y}."
+        elif document.consensus_of and session.is_mere_proposal:
+            words += " Only proposed: it is saved once you change or accept it."
+        moved = [f"{name} by {um:,.0f} µm" for name, um in settling.moved_um.items()]
+        if moved:
+            words += f" Proposing again moved {', '.join(moved)}: accept it anew."
+        return words
 
     def _stale_words(self) -> str:
         settling = self._session.settling

@@ -15,8 +15,8 @@ SORT_ROLE = Qt.ItemDataRole.UserRole + 1
 _ROOT = QModelIndex()
 _NOTHING = "–"
 _FLAGGED = " ⚑"
-_SETTLED: dict[Settled, str] = {"no": "no", "in_progress": "in progress", "done": "done"}
-_ORDER: tuple[Settled, ...] = ("no", "in_progress", "done")
+_SETTLED: dict[Settled, str] = {"no": "no", "in_progress": "in progress", "stale": "stale", "done": "done"}
+_ORDER: tuple[Settled, ...] = ("no", "in_progress", "stale", "done")
 # Of what is usual in the study: from here on a volume stands out.
 _STANDS_OUT = 3.0
 
@@ -53,7 +53,7 @@ _COLUMNS = (
     ),
     _Column(
         "Settled",
-        "How far the consensus is",
+        "How far the consensus is; stale where an annotation was changed after it had been settled",
         lambda entry: _SETTLED[entry.settled],
         lambda entry: _ORDER.index(entry.settled),
     ),
@@ -153,7 +153,12 @@ def _flags(entry: TriageEntry, between: str) -> str:
 def _color(entry: TriageEntry, column: int) -> QColor | None:
     colors = theme.colors(QGuiApplication.palette())
     if column == SETTLED:
-        return {"no": colors.muted, "in_progress": colors.warning, "done": colors.success}[entry.settled]
+        return {
+            "no": colors.muted,
+            "in_progress": colors.warning,
+            "stale": colors.warning,
+            "done": colors.success,
+        }[entry.settled]
     stands_out = {
         APART: entry.disagreement >= _STANDS_OUT,
         RESIDUAL: entry.strangeness >= _STANDS_OUT,

@@ -88,6 +88,15 @@ class DocumentFile:
             self._stamps = changed(self._stamps, reopened=moment)
             self.owes_stamps = True
 
+    def note_review(self, reviewer: str, moment: datetime) -> None:
+        """Write down who changed a consensus last: its annotator, the study's, does not say so."""
+        self._stamps = changed(self._stamps, reviewer=reviewer, reviewed=moment)
+
+    @property
+    def is_new(self) -> bool:
+        """Whether nothing was in the file when it was read or written last, as there was none."""
+        return self._expected == ""
+
     @property
     def stamps(self) -> Stamps:
         """What the file is to say of the work on the document."""

@@ -7,14 +7,17 @@ from PySide6.QtCore import QObject
 
 from annotations.documents import edits
 from annotations.documents.annotation import Annotation
+from annotations.documents.edits import EditRefused
 from annotations.documents.files import ChangedOnDisk
 from annotations.documents.provenance import Viewing
 from annotations.documents.record import Status, changed, now
+from annotations.documents.study import CONSENSUS
 from annotations.durable_files import SaveError
 from annotator.session.options import SessionOptions
 from annotator.session.posing import SessionPosing
 from annotator.session.seeing import Seeing
 
+_NOTHING_PLACED = "Nothing is placed. Flag the volume to say why, and it can be done"
 _REOPENED = "It was done, and the others' work could be seen: from now on it is marked as reopened"
 
 
@@ -43,6 +46,9 @@ class SessionSaving(SessionPosing):
         """Mark the document as done, which saves it, or as in progress."""
         words = status.replace("_", " ")
         self.settle_typing()
+        if status == "done" and self._is_empty_without_reason():
+            self._refuse(EditRefused(_NOTHING_PLACED))
+            return
         # Before the edit, after which they have to be looked for anew.
         mistakes = self.mistakes if self.has_looked_for_mistakes else ()
         if not self._edit(f"Mark as {words}", lambda document: edits.set_status(document, status)):
@@ -56,6 +62,12 @@ class SessionSaving(SessionPosing):
                 doubts.append(f"the check says: {' '.join(mistake.text for mistake in mistakes)}")
             though = f", though {', and '.join(doubts)}" if doubts else ""
             self.post_message(f"Done and saved{though}")
+
+    def _is_empty_without_reason(self) -> bool:
+        document = self._document
+        if document is None or self._read_only_reason or document.flag is not None:
+            return False
+        return all(part.anchor_um is None for part in document.parts)
 
     def _show_document(self, document: Annotation) -> None:
         before = self._document
@@ -96,7 +108,7 @@ class SessionSaving(SessionPosing):
 
     def _is_saved(self) -> bool:
         self.settle_typing()
-        return not self.unsaved or self.save()
+        return not self.unsaved or self.is_mere_proposal or self.save()
 
     def _save(self, *, overwrite: bool, path: Path | None) -> bool:
         self.settle_typing()
@@ -113,6 +125,8 @@ class SessionSaving(SessionPosing):
     def _write(self, *, overwrite: bool, path: Path | None) -> None:
         if self._document is None or self._file is None:
             return
+        if self._document.annotator == CONSENSUS and not self.undo_stack.isClean():
+            self._file.note_review(self.person, now())
         self._file.save(self._document, overwrite=overwrite, path=path)
         self._autosave_failed = False
         self._autosave.watch(self._file)
@@ -132,7 +146,7 @@ class SessionSaving(SessionPosing):
         self.overwrite_requested.emit(self.neutral(str(error)))
 
     def _on_autosave_save_requested(self) -> None:
-        if not self.unsaved or self._read_only_reason:
+        if not self.unsaved or self.is_mere_proposal or self._read_only_reason:
             return
         try:
             # Without what is being typed: a person may pause in the middle of a number.

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from annotations.documents import edits
-from annotations.documents.annotation import Annotation, Part
+from annotations.documents.annotation import Annotation, Part, is_untouched
 from annotations.documents.permission import permission
 from annotations.documents.record import Method
 from annotations.documents.study import CONSENSUS
 from annotator.session.jobs import Job
+from annotator.session.opinion_watch import FileMarks, OpinionWatch, opinion_marks
 from annotator.session.others import Others
 from annotator.session.state import SessionState
 from annotator.session.worklist import ItemStatus
@@ -75,6 +76,10 @@ class Settling(QObject):
         self._triaged_folder: tuple[Path, Method] | None = None
         self._shows_others = False
         self._to_propose: str | None = None
+        self._moved_um: Mapping[str, float] = {}
+        self._watch = OpinionWatch(session.jobs, self)
+        self._watch.noticed.connect(self._on_watch_noticed)
+        session.document_changed.connect(self._on_session_document_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
         session.worklist_changed.connect(self._on_session_worklist_changed)
 
@@ -118,11 +123,20 @@ class Settling(QObject):
     def changed_since(self) -> tuple[str, ...]:
         """Whose annotation is another than that from which the open consensus was proposed, as last read."""
         document, consensus, path = self._session.document, self._consensus, self._session.annotation_path
-        if document is None or consensus is None or path is None or not document.consensus_of:
+        if document is None or consensus is None or path is None:
             return ()
-        before = {each.annotator: each for each in document.consensus_of}
-        now = {each.annotator: each for each in consensus.contributions(path)}
-        return tuple(name for name in sorted({*before, *now}) if before.get(name) != now.get(name))
+        from annotations.agreement.consensus import changed_since  # late: few sessions settle
+
+        return changed_since(document, consensus.contributions(path))
+
+    @property
+    def moved_um(self) -> Mapping[str, float]:
+        """How far, in µm, each part was moved by proposing again, until the document is changed otherwise."""
+        return self._moved_um
+
+    def look_for_changes(self) -> None:
+        """Look at once whether an annotator has changed something; ``changed`` follows where that is so."""
+        self._watch.look()
 
     def part(self, name: str) -> "PartConsensus | None":
         """Return what the annotators agree on about a keypoint or a link's box."""
@@ -270,16 +284,23 @@ class Settling(QObject):
             session.jobs.cancel(self._reading)
         folder, method = session.worklist.folder, session.document.method
 
-        def work(_progress: object, _cancelled: object) -> "Consensus":
+        def work(_progress: object, _cancelled: object) -> "tuple[Consensus, FileMarks]":
             from annotations.agreement.consensus import propose  # late: few sessions settle
             from annotations.agreement.opinions import read_opinions
 
-            return propose(read_opinions(folder, volume_id, method, tool))
+            # Before they are read: what changes meanwhile is noticed.
+            marks = opinion_marks(folder, volume_id, method)
+            return propose(read_opinions(folder, volume_id, method, tool)), marks
+
+        def take(read: "tuple[Consensus, FileMarks]") -> None:
+            consensus, marks = read
+            self._watch.watch(folder, volume_id, method, marks)
+            self._take_consensus(consensus)
 
         self._reading = session.jobs.start(
             "Reading what the annotators say",
             work,
-            done=self._on_reading_done,
+            done=take,
             failed=self._on_reading_failed,
             shown=False,
         )
@@ -294,24 +315,25 @@ class Settling(QObject):
             return
         parts = {name: part.proposed for name, part in consensus.parts.items()}
         before = self._session.document
-        is_edited = self._edit(
-            "Propose the consensus",
-            lambda document: edits.propose_consensus(document, parts, contributions),
-        )
-        if is_edited and self._session.document is before:
+        if before is None:
+            return
+        proposed = edits.propose_consensus(before, parts, contributions)
+        if proposed is before:
             self._session.post_message("The proposal is what is here already")
+            return
+        self._session.expect_proposal(proposed)
+        if self._edit("Propose the consensus", lambda _document: proposed):
+            self._moved_um = _moved_um(before, proposed)
+            self._session.post_message(_said_of_proposal(before, self._moved_um))
 
     def _is_untouched(self) -> bool:
         """Say whether nothing is in the open document yet, and something could be."""
         document = self._session.document
-        return (
-            document is not None
-            and not self._session.read_only_reason
-            and not document.consensus_of
-            and all(part.anchor_um is None for part in document.parts)
-        )
+        return document is not None and not self._session.read_only_reason and is_untouched(document)
 
     def _forget(self) -> None:
+        self._watch.stop()
+        self._moved_um = {}
         if self._reading is not None:
             self._session.jobs.cancel(self._reading)
         self._reading = self._consensus = None
@@ -321,12 +343,13 @@ class Settling(QObject):
         self._triaged_folder, self._entries = ranked, entries
         self.triaged.emit()
 
-    def _on_reading_done(self, consensus: "Consensus") -> None:
+    def _take_consensus(self, consensus: "Consensus") -> None:
         self._reading = None
         self._consensus = consensus
         if self._to_propose == self._volume_id():
             self._put_proposal(consensus)
         self._to_propose = None
+        self._follow_items()
         self.changed.emit()
         if not self._shows_others:
             self._shows_others = True
@@ -346,7 +369,17 @@ class Settling(QObject):
         self._triaging = None
         self.triaged.emit()
 
+    def _on_watch_noticed(self) -> None:
+        self._read()
+        self._others.reload()
+
+    def _on_session_document_changed(self, _before: object, _after: object) -> None:
+        self._moved_um = {}
+
     def _on_session_volume_changed(self) -> None:
+        if self.is_settling and self._session.view.mode != "navigate":
+            # Who came to look must not place anything by the first click.
+            self._session.look(mode="navigate")
         self._forget()
         if not self._is_untouched() or self._to_propose != self._volume_id():
             self._to_propose = None
@@ -365,10 +398,38 @@ class Settling(QObject):
 
     def _follow_items(self) -> None:
         """Say in the triage how far the consensus is by now."""
-        settled = {item.volume_id: _SETTLED[item.status] for item in self._session.items}
+        status = {item.volume_id: item.status for item in self._session.items}
         entries = tuple(
-            replace(entry, settled=settled.get(entry.volume, entry.settled)) for entry in self._entries
+            replace(entry, settled=self._settled(entry, status[entry.volume]))
+            if entry.volume in status
+            else entry
+            for entry in self._entries
         )
         if entries != self._entries:
             self._entries = entries
             self.triaged.emit()
+
+    def _settled(self, entry: "TriageEntry", status: ItemStatus) -> "Settled":
+        """Say how far a consensus is; only of the open one is it known whether its sources have changed."""
+        if status != "done":
+            return _SETTLED[status]
+        if entry.volume != self._volume_id() or self._consensus is None:
+            return "stale" if entry.settled == "stale" else "done"
+        return "stale" if self.is_stale else "done"
+
+
+def _moved_um(before: Annotation, after: Annotation) -> Mapping[str, float]:
+    """Return how far each part went that was placed before and after, without those that stayed."""
+    from annotations.agreement.consensus import distance_um  # late: few sessions settle
+
+    moved = {part.name: distance_um(before.part(part.name), part) for part in after.parts}
+    return {name: um for name, um in moved.items() if um is not None and um > 0}
+
+
+def _said_of_proposal(before: Annotation, moved_um: Mapping[str, float]) -> str:
+    """Say what a proposal did, where there was one before."""
+    if not before.consensus_of:
+        return "Proposed: nothing is saved before you change or accept it"
+    moved = ", ".join(f"{name} by {um:,.0f} µm" for name, um in moved_um.items())
+    again = "; it is to be accepted anew" if before.status == "done" else ""
+    return f"Proposed again: {f'moved {moved}' if moved else 'nothing has moved'}{again}"

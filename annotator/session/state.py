@@ -2,15 +2,17 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoStack
 
-from annotations.documents.annotation import Annotation
+from annotations.documents.annotation import Annotation, is_untouched
 from annotations.documents.edits import EditRefused
-from annotations.documents.provenance import Viewing
+from annotations.documents.provenance import NO_STAMPS, Viewing
 from annotations.documents.record import Method
+from annotations.documents.study import CONSENSUS
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
@@ -101,6 +103,7 @@ class SessionState(QObject):
         self._shown_positions_um: Remembered[Mapping[str, Vector]] = Remembered()
         self._words: Remembered[NeutralWords] = Remembered()
         self._file: DocumentFile | None = None
+        self._proposed: Annotation | None = None
         self._read_only_reason = ""
         self.jobs = Jobs(self)
         self.undo_stack = QUndoStack(self)
@@ -223,6 +226,27 @@ class SessionState(QObject):
     def unsaved(self) -> bool:
         """Whether the document has edits that are not in its file (they are in the recovery journal)."""
         return not self.undo_stack.isClean() or (self._file is not None and self._file.owes_stamps)
+
+    @property
+    def is_mere_proposal(self) -> bool:
+        """Whether the document is a consensus that was only proposed: left so, it is not saved."""
+        document, file = self._document, self._file
+        if document is None or file is None or not file.is_new or document.annotator != CONSENSUS:
+            return False
+        return document == self._proposed or is_untouched(document)
+
+    def expect_proposal(self, proposed: Annotation) -> None:
+        """Know a document, before it is shown, for one in which a reviewer has decided nothing."""
+        if self._document is not None and (self.is_mere_proposal or is_untouched(self._document)):
+            self._proposed = proposed
+
+    @property
+    def review(self) -> tuple[str, datetime] | None:
+        """Who changed the open consensus last, and when that was saved."""
+        stamps = self._file.stamps if self._file else NO_STAMPS
+        return (
+            None if stamps.reviewer is None or stamps.reviewed is None else (stamps.reviewer, stamps.reviewed)
+        )
 
     @property
     def worklist(self) -> Worklist:
@@ -359,7 +383,7 @@ class SessionState(QObject):
         before = self.items[index]
         item = replace(
             before,
-            status=self._document.status,
+            status=before.status if self.is_mere_proposal else self._document.status,
             flag=self._document.flag,
             # Once saved: a list that is drawn anew with every second would take the time from the work.
             active_seconds=before.active_seconds if self.unsaved else self._file.stamps.active_seconds,

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from annotations.agreement.comparison import agreement_of
+from annotations.agreement.consensus import Consensus
+from annotations.agreement.opinions import read_opinions
 from annotations.agreement.triage import TriageEntry, triage
 from annotations.documents.annotation import Annotation
 from annotations.documents.edits import place_keypoint, relabel, set_flag
@@ -151,3 +153,17 @@ def test_any_folder_of_annotations_is_ranked(tmp_path: Path) -> None:
     entries = triage(agreement_of(tmp_path), "keypoints", tmp_path)
     assert {entry.settled for entry in entries} == {"no"}
     assert len(entries) == 2
+
+
+def test_a_settled_consensus_whose_sources_changed_since_is_stale_and_ranked_with_the_unsettled(
+    folder: Path,
+) -> None:
+    opinions = read_opinions(folder, "v4", "keypoints", FORCEPS)
+    path = annotation_path(folder, CONSENSUS, "v4", "keypoints")
+    contributions = Consensus({}, opinions).contributions(path)
+    keep(folder, changed(placed("anna", "v4"), annotator=CONSENSUS, consensus_of=contributions))
+    assert ranked(folder)["v4"].settled == "done"
+    keep(folder, placed("carl", "v4", {"k0": (2000.0, 0.0, 0.0)}))
+    entries = ranked(folder)
+    assert entries["v4"].settled == "stale"
+    assert next(iter(entries)) == "v4"

@@ -209,6 +209,9 @@ def test_the_ranked_volumes_lead_to_their_consensus(qtbot: QtBot, shown: Shown) 
     tabs = panel.findChild(QTabWidget, "consensus_tabs")
     assert tabs is not None
     assert tabs.currentIndex() == 0
+    # Only proposed: nothing of it is in a file.
+    assert column_of(view, SETTLED)[0] == "no"
+    session.settling.adopt("k1", "ben")
     assert column_of(view, SETTLED)[0] == "in progress"
 
 
@@ -272,3 +275,19 @@ def test_what_is_settled_offers_the_next_one_alone(qtbot: QtBot, shown: Shown) -
     session.set_status("done")
     assert (accept.text(), accept.toolTip()) == ("&Next", "Go on to v002")
     assert words(panel, "consensus_words").startswith("Settled: v001.npy")
+
+
+def test_a_settled_consensus_says_who_accepted_it_and_is_accepted_anew_once_proposed_again(
+    qtbot: QtBot, shown: Shown, folder: Path
+) -> None:
+    session, panel = shown()
+    settle(qtbot, session, panel)
+    assert "Only proposed" in words(panel, "consensus_words")
+    session.set_status("done")
+    assert "Accepted by rita, " in words(panel, "consensus_words")
+    move(folder, "ben", "v001", "k5", (0.0, 30.0, 0.0))
+    session.settling.look_for_changes()
+    qtbot.waitUntil(lambda: "ben has changed something" in words(panel, "consensus_stale"))
+    session.settling.propose()
+    qtbot.waitUntil(lambda: "Proposing again moved k5 by" in words(panel, "consensus_words"))
+    assert button(panel, "consensus_accept").isEnabled()

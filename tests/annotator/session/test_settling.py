@@ -202,7 +202,7 @@ def test_a_reviewer_leaves_for_the_own_list_at_the_same_volume(
     assert session.title == "Pilot: consensus"
     session.settling.leave()
     qtbot.waitUntil(lambda: session.annotator_name == "rita" and session.volume is not None)
-    assert (volume_of(session), session.title) == ("v002", "Pilot")
+    assert (volume_of(session), session.title) == ("v002", "Pilot: for review")
     assert session.settling.consensus is None
 
 
@@ -386,3 +386,67 @@ def test_the_consensus_counts_in_no_mean_of_the_annotators(qtbot: QtBot, opened:
     assert consensus.number not in {line.number for line in lines}
     for line in lines:
         assert line.reference_um == pytest.approx(position_um(0, "ben"))
+
+
+def test_to_propose_again_what_is_settled_makes_it_in_progress_by_the_same_edit(
+    qtbot: QtBot, opened: Open, folder: Path
+) -> None:
+    session = opened(folder)
+    settle(qtbot, session)
+    session.set_status("done")
+    settled, count = document_of(session), session.undo_stack.count()
+    move(folder, "ben", "v001", "k5", (0.0, 30.0, 0.0))
+    with qtbot.waitSignal(session.document_changed):
+        session.settling.propose()
+    assert document_of(session).status == "in_progress"
+    assert session.undo_stack.count() == count + 1
+    assert list(session.settling.moved_um) == ["k5"]
+    session.undo()
+    assert document_of(session) == settled
+    assert not session.settling.moved_um
+
+
+def test_a_change_of_an_annotators_file_is_noticed_while_the_consensus_is_open(
+    qtbot: QtBot, opened: Open, folder: Path
+) -> None:
+    session = opened(folder)
+    settle(qtbot, session)
+    session.set_status("done")
+    move(folder, "ben", "v001", "k5", (0.0, 30.0, 0.0))
+    session.settling.look_for_changes()
+    qtbot.waitUntil(lambda: session.settling.changed_since == ("ben",))
+
+
+def test_the_file_says_who_settled_it(qtbot: QtBot, opened: Open, folder: Path) -> None:
+    session = opened(folder)
+    settle(qtbot, session)
+    session.set_status("done")
+    saved = load_annotation(annotation_path(folder, CONSENSUS, "v001", "keypoints"))[0]
+    assert saved.reviewer == "rita"
+    assert (saved.reviewer, saved.reviewed) == session.review
+
+
+def test_a_proposal_that_nobody_touched_is_not_saved_by_leaving(
+    qtbot: QtBot, opened: Open, folder: Path
+) -> None:
+    session = opened(folder)
+    settle(qtbot, session)
+    assert session.is_mere_proposal
+    settle(qtbot, session, "v002")
+    assert not annotation_path(folder, CONSENSUS, "v001", "keypoints").exists()
+    assert {item.status for item in session.items} == {"new"}
+    session.settling.adopt("k1", "ben")
+    assert not session.is_mere_proposal
+    session.undo()
+    assert session.is_mere_proposal
+    session.redo()
+    settle(qtbot, session, "v003")
+    assert annotation_path(folder, CONSENSUS, "v002", "keypoints").exists()
+
+
+def test_arriving_at_a_consensus_places_nothing_by_a_click(qtbot: QtBot, opened: Open, folder: Path) -> None:
+    session = opened(folder)
+    settle(qtbot, session)
+    session.set_mode("place")
+    settle(qtbot, session, "v002")
+    assert session.view.mode == "navigate"
