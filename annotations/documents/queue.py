@@ -37,13 +37,14 @@ def queue(study: Study, annotator: str, method: Method) -> tuple[QueuePlace, ...
     that everyone gets the same one again whichever way the volumes are listed. Every pass is drawn its own
     place, so that no stretch of the queue tells a repeat; where two over one volume are too close together,
     the later drawn one moves to the nearest place that is not. In the listed order the repeats come at the
-    end. The consensus is settled once for each volume, in the order of the file.
+    end. The consensus is settled once for each volume, in the order of the file, and so are the volumes gone
+    through by whoever only reviews them.
     """
-    is_consensus = annotator == CONSENSUS
+    is_over_all = annotator == CONSENSUS or study.only_reviews(annotator)
     passes: list[StudyVolume] = []
     for batch in sorted({volume.batch for volume in study.volumes}):
         volumes = [volume for volume in study.volumes if volume.batch == batch]
-        if is_consensus:
+        if is_over_all:
             passes += volumes
         elif study.order == "listed":
             most = max(volume.repeats for volume in volumes)

@@ -185,6 +185,23 @@ class Study(Record):
             return person in self.viewing.reviewers
         return person not in self.annotators
 
+    def only_reviews(self, person: str) -> bool:
+        """Say whether a person is named as a reviewer, and annotates nothing."""
+        return person in self.viewing.reviewers and person not in self.annotators
+
+    def names(self, person: str) -> bool:
+        """Say whether a person is one of the annotators or reviewers, or the consensus they come to."""
+        return person in (*self.annotators, *self.viewing.reviewers, CONSENSUS)
+
+    def is_blind_for(self, person: str) -> bool:
+        """Say whether a person is to know the volumes by their numbers alone.
+
+        So does whoever is not a reviewer, and a reviewer who annotates as well.
+        """
+        if person == CONSENSUS:
+            return False
+        return self.blind and (person in self.annotators or not self.is_reviewer(person))
+
 
 def annotator_problems(names: Sequence[str]) -> Mapping[int, str]:
     """Return, by their places, why some of the names cannot be those of a study's annotators."""

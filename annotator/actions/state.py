@@ -68,7 +68,7 @@ def _met(session: Session) -> Iterator[When]:
             yield "previous"
         if index is None or index + 1 < len(session.items):
             yield "next"
-        if session.next_to_do() not in (None, index):
+        if session.next_to_do() not in (None, index) or session.skipped_to_do():
             yield "todo"
     if session.studies.study is not None:
         yield "study"

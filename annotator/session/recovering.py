@@ -50,6 +50,8 @@ class SessionRecovering(SessionLocking):
         except SaveError as error:
             # The old journal stays where the new one could not take over.
             self.report(error)
+        came = "1 edit came" if recovery.edits == 1 else f"{recovery.edits} edits came"
+        self.post_message(f"{came} back as one step: Undo takes all of it away, Redo brings it back")
 
     def _on_recoveries_found(self, recoveries: tuple[Recovery, ...]) -> None:
         if recoveries:

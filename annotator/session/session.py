@@ -1,6 +1,6 @@
 """The session: opens and recovers what its bases edit, save and announce."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -10,7 +10,6 @@ from PySide6.QtCore import QObject
 from annotations.documents.files import file_identity
 from annotations.documents.record import Method
 from annotations.documents.recovery import Recovery
-from annotations.documents.study import CONSENSUS
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotator.session.agreeing import Agreeing
@@ -19,27 +18,29 @@ from annotator.session.deriving import Deriving
 from annotator.session.document_file import DocumentFile
 from annotator.session.exporting import Exporting
 from annotator.session.first_view import first_view, nothing_open
+from annotator.session.identifying import Identifying
 from annotator.session.jobs import Job, Result
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
 from annotator.session.others import Others
-from annotator.session.recovering import SessionRecovering, tells_more
+from annotator.session.recovering import tells_more
 from annotator.session.settling import Settling
 from annotator.session.spacing_answer import SpacingAnswer
+from annotator.session.stepping import SessionStepping, skipped_words
 from annotator.session.studies import Studies
-from annotator.session.study_paths import KeptFromView, LookNeeded, read_path
+from annotator.session.study_paths import IdentityNeeded, KeptFromView, LookNeeded, read_path
 from annotator.session.volume_opener import VolumeOpener
 from annotator.session.worklist import Worklist, moved_with, read_worklist, worklist_with
 
 
-class Session(SessionRecovering):
+class Session(SessionStepping):
     """Everything that is open in one window, and the only way to change it; signals: see `SessionState`."""
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
         super().__init__(options, parent)
         self._looking: Job | None = None
-        self._told_stranger: tuple[Path, str] | None = None
+        self.identifying = Identifying(self)
         self._opener = VolumeOpener(
             self.jobs,
             options.spacing_override_um,
@@ -68,22 +69,37 @@ class Session(SessionRecovering):
     def open_path(self, path: Path, *, looks_anyway: bool = False) -> None:
         """Open a study, an annotation, a folder of volumes or a volume; errors come as ``error_raised``.
 
-        ``looks_anyway`` answers ``look_requested`` with yes.
+        ``looks_anyway`` answers ``look_requested`` with yes; `identify` answers ``identity_requested``.
         """
         annotator, method = self._options.annotator_name, self._options.method
 
         def on_failed(error: Exception) -> None:
             if isinstance(error, LookNeeded):
                 self.look_requested.emit(path, error.problem)
+            elif isinstance(error, IdentityNeeded):
+                self.identifying.identity_requested.emit(path, error.folder, error.study)
             else:
                 self._raise_error(error)
 
-        read = partial(read_path, path, annotator, method, looks_anyway=looks_anyway)
+        asks = self.identifying.is_settled
+        read = partial(read_path, path, annotator, method, looks_anyway=looks_anyway, is_settled=asks)
         self._look_at(read, partial(self._on_worklist_read, looks_anyway=looks_anyway), on_failed)
 
-    def open_item(self, index: int) -> None:
+    def identify(self, path: Path, folder: Path, name: str) -> None:
+        """Answer ``identity_requested``: a path in a study's folder is opened by whoever has that name."""
+        self.identifying.confirm(folder, name)
+        self._options = replace(self._options, annotator_name=name)
+        self.open_path(path)
+
+    def shown_anchor_um(self, name: str) -> Vector | None:
+        """Return where to look for a part, in µm: where the document has it, else those that are shown."""
+        position_um = super().shown_anchor_um(name)
+        return self.others.mean_um(name) if position_um is None else position_um
+
+    def open_item(self, index: int, *, skipped: Sequence[str] = ()) -> None:
         """Save what is open and open another item; what is open stays until the other one is ready."""
         self._open(self._destination()[0], index)
+        self._skipped = tuple(skipped)
 
     def open_list(self, annotator: str, method: Method, volume_id: str | None) -> None:
         """Save what is open, and open somebody's list in the present study, at a volume or its first one."""
@@ -102,19 +118,6 @@ class Session(SessionRecovering):
         """Read the list anew, as its study or folder is by now; what is open stays open."""
         path, annotator, method = self._worklist.path, self._worklist.annotator, self._worklist.method
         self._look_at(lambda: read_path(path, annotator, method), self._on_worklist_reread)
-
-    def next_volume(self) -> None:
-        """Open the next item."""
-        self._step(1)
-
-    def previous_volume(self) -> None:
-        """Open the previous item."""
-        self._step(-1)
-
-    def next_to_do(self) -> int | None:
-        """Return the place of the next item that is not done, counted from the open one; None if all are."""
-        _, here = self._destination()
-        return self._worklist.next_to_do(here)
 
     def provide_dataset(self, path: Path, name: str) -> None:
         """Answer ``dataset_requested`` for a file; ignored if another is being opened by now."""
@@ -187,7 +190,7 @@ class Session(SessionRecovering):
         self._refiner.cancel()
         self._stop_refining()
         if self._opened is not None:
-            self._close_file(nothing_left=not self.unsaved)
+            self._close_file(nothing_left=not self.unsaved or self.is_mere_proposal)
             self._install(None)
         if self._current_index is not None:
             self._set_worklist(self._worklist, None)
@@ -240,6 +243,7 @@ class Session(SessionRecovering):
         rereads: bool = False,
         looks_anyway: bool = False,
     ) -> None:
+        self._skipped = ()
         if not rereads and not self._is_saved():
             return
         if self._opened is None:
@@ -268,14 +272,6 @@ class Session(SessionRecovering):
         if waiting is not None and waiting.worklist.has_volumes_of(self._worklist):
             return waiting.worklist, waiting.index
         return self._worklist, self._current_index
-
-    def _step(self, by: int) -> None:
-        _, here = self._destination()
-        index = (here if here is not None else -by) + by
-        if 0 <= index < len(self.items):
-            self.open_item(index)
-        else:
-            self.post_message("There is no next volume" if by > 0 else "There is no previous volume")
 
     def _install(self, opened: Opened | None) -> None:
         """Make another volume, or none, the open one; every property has changed when the signals come."""
@@ -339,13 +335,14 @@ class Session(SessionRecovering):
 
     def _on_opener_opened(self, opened: Opened) -> None:
         request = opened.found.request
+        self._note_opened(request)
         if not request.rereads and not self._may_give_way_to(opened):
             return
         self._levels.forget()
         self._refiner.cancel()
         self._stop_refining()
         self._close_file(nothing_left=True)
-        self._worklist, self._current_index = request.worklist, request.index
+        before, self._worklist, self._current_index = self._worklist, request.worklist, request.index
         try:
             self._install(opened)
         except SaveError as error:
@@ -356,7 +353,9 @@ class Session(SessionRecovering):
             return
         self.worklist_changed.emit()
         self._levels.load_averaged(opened.found.volume, opened.spacing_um)
-        self._tell_stranger()
+        said = self.identifying.words_for(request.worklist), _number_words(before, request)
+        if words := ". ".join(filter(None, (*said, skipped_words(self._skipped)))):
+            self.post_message(words)
         self._tell_of_lock()
         if request.looks_anyway:
             self.seeing.look_anyway()
@@ -364,17 +363,6 @@ class Session(SessionRecovering):
             self.report(warning)
         if request.recovery is not None:
             self._go_on_from(request.recovery)
-
-    def _tell_stranger(self) -> None:
-        """Tell a person whom the study does not name, once, whose annotations these will be."""
-        study, name, folder = self._worklist.study, self._worklist.annotator, self._worklist.folder
-        if study is None or not study.annotators or name in (*study.annotators, CONSENSUS):
-            return
-        if self._told_stranger != (folder, name):
-            self._told_stranger = (folder, name)
-            self.post_message(
-                f"{name} is not among this study's annotators; annotations are kept apart, under that name"
-            )
 
     def _may_give_way_to(self, opened: Opened) -> bool:
         """Save what was edited while the other volume was read; False if the open document must stay."""
@@ -390,6 +378,7 @@ class Session(SessionRecovering):
         if isinstance(error, KeptFromView):
             self.post_message(error.problem)
             return
+        self._note_unopened(request)
         # What is open stays; but of a study whose first volume is bad, a person wants to see the others.
         if request.worklist.is_folder and request.worklist is not self._worklist and self.close_volume():
             self._set_worklist(request.worklist, None)
@@ -397,3 +386,11 @@ class Session(SessionRecovering):
             # It is about the volume that was to be opened, not about the one that is open.
             error = NeutralWords(request.worklist, request.item).error(error)
         self._raise_error(error)
+
+
+def _number_words(before: Worklist, request: OpeningRequest) -> str:
+    """Return which number a volume has by the method that has just been changed to, in blind work."""
+    worklist = request.worklist
+    if not worklist.is_blind or worklist.method == before.method or not worklist.has_volumes_of(before):
+        return ""
+    return f"By {worklist.method} this volume is number {request.index + 1} of your queue"

@@ -259,7 +259,7 @@ def _proposal(
     paths = volumes_at([folder])
     studies = _studies_of(paths, present)
     for study in studies:
-        if study.blind and person in study.annotators:
+        if study.is_blind_for(person):
             raise StudyError(
                 f"these volumes belong to the study “{study.title}”, in which you annotate without knowing "
                 "them by name",

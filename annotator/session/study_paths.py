@@ -1,5 +1,6 @@
 """What a path leads to: in a study, and above all in a blind one, to the annotator's own queue."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,11 +24,34 @@ class LookNeeded(UserError):  # noqa: N818 - a question rather than an error
     """The path is another person's annotation, which may be looked at before one's own is done."""
 
 
+class IdentityNeeded(UserError):  # noqa: N818 - a question rather than an error
+    """The path leads into a study that does not name the person who opens it.
+
+    Attributes
+    ----------
+    folder : Path
+        The study's.
+    study : Study
+    """
+
+    def __init__(self, folder: Path, study: Study, person: str) -> None:
+        super().__init__(f"{person} neither annotates nor reviews in “{study.title}”", where=folder)
+        self.folder = folder
+        self.study = study
+
+
 class KeptFromView(UserError):  # noqa: N818 - named for what happened
     """The path leads to what the annotator is not to see by name, or not yet."""
 
 
-def read_path(path: Path, annotator: str, method: Method, *, looks_anyway: bool = False) -> Worklist:
+def read_path(
+    path: Path,
+    annotator: str,
+    method: Method,
+    *,
+    looks_anyway: bool = False,
+    is_settled: Callable[[Path, str], bool] = lambda _folder, _person: True,
+) -> Worklist:
     """Find out what a path offers to an annotator, as `read_worklist`; in a study by its rules.
 
     A volume of a study leads to its place in the queue. So does another person's annotation for one of the
@@ -38,19 +62,28 @@ def read_path(path: Path, annotator: str, method: Method, *, looks_anyway: bool 
     ----------
     looks_anyway : bool
         Whether `LookNeeded` has been answered with yes.
+    is_settled : callable
+        From a study's folder and the annotator to whether they are not to be asked who they are.
 
     Raises
     ------
     KeptFromView, LookNeeded
         The study's rules forbid it, or want to be asked first.
+    IdentityNeeded
+        The study has annotators, and does not name this one.
     UserError
         The path is absent, or holds nothing that can be annotated.
     """
     path = path.absolute()
-    folder = study_folder_of(path)
-    if folder is None or path == folder / STUDY_FILE:
+    # Of a study's own folder as well, in which no study lies as a rule.
+    folder = study_folder_of(path / STUDY_FILE)
+    if folder is None:
         return read_worklist(path, annotator, method)
     study = load_study(folder)
+    if study.annotators and not study.names(annotator) and not is_settled(folder, annotator):
+        raise IdentityNeeded(folder, study, annotator)
+    if path in (folder, folder / STUDY_FILE):
+        return read_worklist(path, annotator, method)
     name = annotation_name(path)
     if path.parent.parent == folder / "annotations" and name is not None:
         return _of_annotation(study, folder, path, name, annotator, looks_anyway=looks_anyway)
@@ -75,7 +108,7 @@ def neutral_label(annotation_path: Path, annotator: str) -> str:
         study = load_study(folder)
     except UserError:
         return ""
-    if not _is_blind_for(study, annotator):
+    if not study.is_blind_for(annotator):
         return ""
     for place in queue(study, annotator, name.method):
         if (place.volume.id, place.repeat) == (name.volume_id, name.repeat):
@@ -109,12 +142,8 @@ def _at(worklist: Worklist, volume_id: str) -> Worklist:
 
 
 def _refuse_if_blind(study: Study, annotator: str) -> None:
-    if _is_blind_for(study, annotator):
+    if study.is_blind_for(annotator):
         raise KeptFromView(
             f"it belongs to “{study.title}”, in which you annotate without knowing the volumes by name",
             remedy="Open the study's folder: its queue leads to every volume",
         )
-
-
-def _is_blind_for(study: Study, annotator: str) -> bool:
-    return study.blind and annotator in study.annotators

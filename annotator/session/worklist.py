@@ -111,7 +111,12 @@ class Worklist:
     @property
     def is_blind(self) -> bool:
         """Whether the annotator is to know the volumes by their numbers alone."""
-        return self.study is not None and self.study.blind and self.annotator in self.study.annotators
+        return self.study is not None and self.study.is_blind_for(self.annotator)
+
+    @property
+    def is_review(self) -> bool:
+        """Whether the person whose list it is goes through what others annotate."""
+        return self.study is not None and self.study.only_reviews(self.annotator)
 
     @property
     def is_there(self) -> bool:
@@ -126,13 +131,11 @@ class Worklist:
         """Return where the same pass over the same volume stands here; ValueError if it does not."""
         return [each.place for each in self.items].index(item.place)
 
-    def next_to_do(self, index: int | None) -> int | None:
-        """Return the place of the next item that is not done, counted from a place; None if all are done."""
+    def to_do(self, index: int | None) -> tuple[int, ...]:
+        """Return the places of the items that are not done, from the one after a place round to it."""
         places = range(len(self.items))
         after = index + 1 if index is not None else 0
-        return next(
-            (at for at in (*places[after:], *places[:after]) if self.items[at].status != "done"), None
-        )
+        return tuple(at for at in (*places[after:], *places[:after]) if self.items[at].status != "done")
 
     def with_item(self, index: int, item: WorkItem) -> "Worklist":
         """Return the list with one item replaced."""
@@ -277,9 +280,18 @@ def _of_study(folder: Path, annotator: str, wanted: Method) -> Worklist:
     study = load_study(folder)
     methods = study.methods_of(annotator)
     method = wanted if wanted in methods else methods[0]
-    title = f"{study.title}: consensus" if annotator == CONSENSUS else study.title
+    kind = (
+        ": consensus" if annotator == CONSENSUS else ": for review" if study.only_reviews(annotator) else ""
+    )
     worklist = Worklist(
-        folder, title, folder, (), annotator, tool_name=study.tool, methods=methods, study=study
+        folder,
+        f"{study.title}{kind}",
+        folder,
+        (),
+        annotator,
+        tool_name=study.tool,
+        methods=methods,
+        study=study,
     )
     queued = worklist.with_method(method, anew=True)
     left = (index for index, item in enumerate(queued.items) if item.status != "done")

@@ -10,6 +10,7 @@ from annotations.documents.study import STUDY_FILE
 from annotations.errors import UserError
 from annotations.volumes.opening import SUFFIXES
 from annotator.session import Session
+from annotator.session.stepping import skipped_words
 from annotator.settings import RECENT_FILES, Settings
 from annotator.window.questions import Questions
 
@@ -57,6 +58,8 @@ class FileHandlers:
 
         def open_it() -> None:
             self._opening = path.absolute()
+            # The demo study is everybody's: nobody is asked who they are.
+            self._session.identifying.confirm(_demo_folder(), self._session.person)
             self._session.open_path(path)
 
         self._questions.leave(open_it, _LEAVING)
@@ -77,7 +80,7 @@ class FileHandlers:
 
     def open_demo(self) -> None:
         """Make the demo study in the background unless it is there, and open it."""
-        folder = data_folder() / "demo"
+        folder = _demo_folder()
         self._session.jobs.start(
             "Making the demo study",
             lambda progress, cancelled: _made_demo(folder, progress, cancelled),
@@ -96,11 +99,13 @@ class FileHandlers:
         self._questions.leave(lambda: self._session.open_item(following), _LEAVING)
 
     def _go_to_next_to_do(self) -> None:
-        following = self._session.next_to_do()
-        if following is None:
-            self._session.post_message("Every volume of the list is done")
+        following, skipped = self._session.next_to_do(), self._session.skipped_to_do()
+        if following is not None:
+            self._questions.leave(lambda: self._session.open_item(following, skipped=skipped), _LEAVING)
+        elif skipped:
+            self._session.post_message(skipped_words(skipped))
         else:
-            self._questions.leave(lambda: self._session.open_item(following), _LEAVING)
+            self._session.post_message("Every volume of the list is done")
 
     def _recent(self, number: int) -> Callable[[], None]:
         def open_recent() -> None:
@@ -137,6 +142,10 @@ class FileHandlers:
         opened = [volume.path, self._session.annotation_path or volume.path]
         if any(folder == each or folder in each.parents for each in opened):
             self._settings.remember_path(path)
+
+
+def _demo_folder() -> Path:
+    return data_folder() / "demo"
 
 
 def _made_demo(folder: Path, progress: Callable[[float], None], cancelled: Callable[[], bool]) -> Path:

@@ -89,7 +89,7 @@ class MainWindow(QMainWindow):
         self._is_arranged = False
         self._has_left = False
         self._is_closing = False
-        self.questions = Questions(session, self, log_path)
+        self.questions = Questions(session, settings, self, log_path)
         if asks:
             self.questions.start()
         self.fetcher = SliceFetcher(session, self)

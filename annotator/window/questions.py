@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QDialog, QFileDialog, QWidget
 
 from annotations.documents.locks import LockHolder
 from annotations.documents.recovery import Recovery
+from annotations.documents.study import Study
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown
@@ -22,6 +23,7 @@ from annotator.dialogs.unsaved_dialog import UnsavedDialog
 from annotator.session import Session
 from annotator.session.calibrating import ToolCalibration
 from annotator.session.deriving import roll_meanings
+from annotator.settings import Settings
 
 _ANNOTATION_FILES = "Annotations (*.json)"
 _GO_ON = "Go on without saving"
@@ -32,15 +34,18 @@ class Questions(QObject):
 
     Parameters
     ----------
+    settings : Settings
+        Where it is kept who works here.
     window : QWidget
         Parent of the dialogs.
     log_path : Path
         Offered where an error is unexpected.
     """
 
-    def __init__(self, session: Session, window: QWidget, log_path: Path) -> None:
+    def __init__(self, session: Session, settings: Settings, window: QWidget, log_path: Path) -> None:
         super().__init__(window)
         self._session = session
+        self._settings = settings
         self._window = window
         self._log_path = log_path
         self._shown: QDialog | None = None
@@ -58,6 +63,8 @@ class Questions(QObject):
         session.deriving.roll_requested.connect(self._on_deriving_roll_requested)
         session.calibrating.measured.connect(self._on_calibrating_measured)
         session.look_requested.connect(self._on_session_look_requested)
+        session.identifying.identity_requested.connect(self._on_identifying_identity_requested)
+        session.identifying.is_asked = True
         session.takeover_requested.connect(self._on_session_takeover_requested)
         session.overwrite_requested.connect(self._on_session_overwrite_requested)
         session.save_state_changed.connect(self._on_session_save_state_changed)
@@ -88,7 +95,7 @@ class Questions(QObject):
         leaving : str
             What it is called to go on without saving.
         """
-        problem = self._save()
+        problem = None if leaving != _GO_ON and self._session.is_mere_proposal else self._save()
         if problem is None:
             then()
         elif self._is_changed_on_disk:
@@ -264,6 +271,21 @@ class Questions(QObject):
         def on_dialog_accepted() -> None:
             if dialog.choice == "look":
                 self._session.open_path(path, looks_anyway=True)
+
+        dialog.accepted.connect(on_dialog_accepted)
+        self.show(dialog)
+
+    def _on_identifying_identity_requested(self, path: Path, folder: Path, study: Study) -> None:
+        from annotator.dialogs.identity_dialog import IdentityDialog  # late: few are strangers
+
+        dialog = IdentityDialog(study, self._session.person, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.person is None:
+                return
+            if study.names(dialog.person):
+                self._settings.annotator_name = dialog.person
+            self._session.identify(path, folder, dialog.person)
 
         dialog.accepted.connect(on_dialog_accepted)
         self.show(dialog)
