@@ -1,18 +1,29 @@
 """The lock of the open document: taken, renewed while it is open, given up."""
 
 import contextlib
+import errno
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from annotations.documents.locks import RENEWAL_S, DocumentLock, DocumentLocked, LockHolder
+from annotations.documents.locks import RENEWAL_S, DocumentLock, DocumentLocked, LockHolder, holder_of
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotator.session.jobs import Jobs
 
+_FORBIDDEN = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
 _LOG = logging.getLogger(__name__)
+
+
+class FolderReadOnly(SaveError):  # noqa: N818 - named for what is the case
+    """Nothing can be written beside a document."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            "this folder cannot be written", where=path.parent, remedy="Choose one that you may write to"
+        )
 
 
 class LockKeeper(QObject):
@@ -42,7 +53,10 @@ class LockKeeper(QObject):
         return self._lock is not None
 
     def hold(self, path: Path, person: str) -> None:
-        """Take a document's lock, unless it is held, and give up any other; DocumentLocked if it is taken."""
+        """Take a document's lock, unless it is held, and give up any other.
+
+        DocumentLocked if it is taken, FolderReadOnly if neither it nor the document can be written there.
+        """
         if self._lock is None or self._lock.path != path:
             self.release()
             self._keep(_acquired(path, person), person)
@@ -70,6 +84,16 @@ class LockKeeper(QObject):
             raise
         self.release()
         self._keep(fresh, person)
+
+    def look_whether_free(self, path: Path, found: Callable[[], None]) -> None:
+        """Look in the background whether nobody has a document open any more, and call back if so."""
+        self._jobs.start(
+            "Looking whether a document is free",
+            lambda _progress, _cancelled: _is_free(path),
+            done=lambda is_free: found() if is_free else None,
+            failed=self._on_look_failed,
+            shown=False,
+        )
 
     def release(self) -> None:
         """Give the lock up, if there is one."""
@@ -121,10 +145,18 @@ class LockKeeper(QObject):
             self._keep(_acquired(lock.path, self._person), self._person)
         except DocumentLocked as error:
             self.lost.emit(error)
+        except FolderReadOnly as error:
+            # Saving says so.
+            _LOG.warning("A lock could not be taken again: %s", error)
 
     def _on_job_done(self, lock: DocumentLock, is_held: bool) -> None:
         self._is_renewing = False
         self._settle(lock, is_held)
+
+    def _on_look_failed(self, error: Exception) -> None:
+        if not isinstance(error, UserError):
+            raise error
+        _LOG.info("It could not be read who has a document open: %s", error)
 
     def _on_job_failed(self, error: Exception) -> None:
         self._is_renewing = False
@@ -134,13 +166,20 @@ class LockKeeper(QObject):
         _LOG.warning("A lock could not be renewed: %s", error)
 
 
+def _is_free(path: Path) -> bool:
+    holder = holder_of(path)
+    return holder is None or holder.is_gone
+
+
 def _acquired(path: Path, person: str) -> DocumentLock | None:
     try:
         return DocumentLock.acquire(path, person)
     except DocumentLocked:
         raise
     except SaveError as error:
-        # Who looks at what cannot be written needs no lock, and saving would say why.
+        if isinstance(error.__cause__, OSError) and error.__cause__.errno in _FORBIDDEN:
+            raise FolderReadOnly(path) from error
+        # The disk may be full, or the share know no locks: if need be, saving says why.
         _LOG.info("A document is open without a lock: %s", error)
         return None
 
