@@ -293,6 +293,8 @@ def replace_study(study: Study, folder: Path, *, expected: Study) -> None:
         It cannot be written.
     """
     path = folder / STUDY_FILE
+    # Before its guard is laid there: in a folder that was moved away nothing is made anew.
+    load_study(folder)
     with writing_beside(path):
         present = load_study(folder)
         if present != expected:
