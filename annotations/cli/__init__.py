@@ -276,7 +276,8 @@ def _add_export(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
         "a file of targets to train networks on",
         "Write one row per volume: its keypoints in µm and voxels, their states, the pose targets, the split "
         "into training, validation and test, and the annotation that they come from. That is the consensus, "
-        "or the only annotation that is done; volumes with several and no consensus are left out and named.",
+        "or the only annotation of a person that is done; volumes with several and no consensus are left out "
+        "and named.",
         json_help="print one JSON object: what was written, and what was left out",
     )
     export.add_argument("study", type=Path, metavar="STUDY", help="the study's folder")
@@ -288,7 +289,7 @@ def _add_export(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
         choices=["keypoints", "boxes"],
         help="which annotations (those that the study asks for by default, keypoints where it asks for both)",
     )
-    export.add_argument("--annotator", metavar="NAME", help="whose annotations, whatever others did")
+    export.add_argument("--annotator", metavar="NAME", help="whose annotations, whoever placed them")
     export.add_argument(
         "--every-annotation",
         action="store_true",

@@ -49,7 +49,8 @@ def split_of(volumes: Sequence[tuple[str, str]], rule: SplitRule) -> tuple[str, 
     Rows of one volume stay together, and so do volumes of one fingerprint, which hold the same data. These
     groups come in an order that looks random and depends on the seed and the fingerprints alone, so that
     neither the order of the rows nor the names of the volumes play a part. Along this order each group goes
-    where its middle falls: the shares are met to within the size of the largest group.
+    where its middle falls: the shares are met to within the size of the largest group. A split that has a
+    share and would stay empty takes a group from the one with most groups, as long as that has two.
 
     Parameters
     ----------
@@ -65,17 +66,29 @@ def split_of(volumes: Sequence[tuple[str, str]], rule: SplitRule) -> tuple[str, 
     groups = _groups(volumes)
     groups.sort(key=lambda group: min(_drawn(rule.seed, fingerprint) for _, fingerprint in group))
     sizes = [len({volume_id for volume_id, _ in group}) for group in groups]
-    ends = list(itertools.accumulate(rule.shares))
     split: dict[tuple[str, str], str] = {}
-    last = max(index for index, share in enumerate(rule.shares) if share)
+    for group, name in zip(groups, _dealt(sizes, rule.shares), strict=True):
+        split.update(dict.fromkeys(group, name))
+    return tuple(split[volume] for volume in volumes)
+
+
+def _dealt(sizes: Sequence[int], shares: Sequence[float]) -> list[str]:
+    """Return the split of each group, of which the order and the sizes are given."""
+    ends = list(itertools.accumulate(shares))
+    wanted = [index for index, share in enumerate(shares) if share]
+    counts = [0] * len(SPLITS)
     before = 0
-    for group, size in zip(groups, sizes, strict=True):
+    for size in sizes:
         middle = (before + size / 2) / sum(sizes)
         # The ends are sums of rounded numbers: what lies beyond them all belongs to the last split in use.
-        index = next((index for index, end in enumerate(ends) if middle < end), last)
-        split.update(dict.fromkeys(group, SPLITS[index]))
+        counts[next((index for index, end in enumerate(ends) if middle < end), wanted[-1])] += 1
         before += size
-    return tuple(split[volume] for volume in volumes)
+    for index in wanted:
+        giver = counts.index(max(counts))
+        if not counts[index] and counts[giver] > 1:
+            counts[giver] -= 1
+            counts[index] += 1
+    return [name for name, count in zip(SPLITS, counts, strict=True) for _ in range(count)]
 
 
 def _groups(volumes: Sequence[tuple[str, str]]) -> list[set[tuple[str, str]]]:

@@ -68,6 +68,7 @@ def _fields(table: TargetTable, row: TargetRow) -> Iterator[_Field]:
     yield "annotator", row.document.annotator
     yield "repeat", row.document.repeat
     yield "status", row.document.annotation.status
+    yield "consensus_is_stale", int(bool(row.document.stale))
     yield "method", table.method
     yield "tool", table.tool.name
     yield "tool_fingerprint", table.tool.fingerprint

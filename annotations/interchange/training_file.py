@@ -1,6 +1,6 @@
 """Export for training: one file with the targets of a study's volumes, readable without this program."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -33,7 +33,8 @@ class ExportOptions:
     method : str or None
         ``keypoints`` or ``boxes``; None for the study's, keypoints where it has both.
     annotator : str or None
-        Who speaks for every volume; None for the consensus, else the only annotator who is done.
+        Who speaks for every volume, a simulation or a network as well; None for the consensus, else the only
+        person who is done. A study in which a simulation alone has placed anything is exported as it is.
     every_annotation : bool
         A row per annotation, repeats and consensus included, instead of one per volume.
     include_unfinished : bool
@@ -65,13 +66,27 @@ class Exported:
         How many volumes are in each split.
     left_out : tuple of LeftOut
         Which volumes, or annotations, have no row, and why.
+    stale_volumes : tuple of str
+        Volumes whose consensus has a row, although what it was made from has changed or is gone.
+    remarks : tuple of str
+        What else a person should know: why a consensus is stale, and which part of the split is empty.
     """
 
     path: Path
     method: Method
     rows: int
     volumes: Mapping[str, int]
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[LeftOut, ...] = ()
+    stale_volumes: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def reasons(self) -> Mapping[str, str]:
+        """Why something of a volume is left out, all in one, by the volumes' ids."""
+        said: dict[str, list[str]] = {}
+        for one in self.left_out:
+            said.setdefault(one.volume_id, []).append(one.reason)
+        return {volume_id: "; ".join(reasons) for volume_id, reasons in said.items()}
 
 
 def export_targets(
@@ -117,7 +132,7 @@ def export_targets(
         raise UserError(
             _nothing(method, wanted, left_out),
             where=folder,
-            remedy="Finish annotations or make the consensus, or ask for another method or annotator",
+            remedy="Finish annotations, make the consensus, name an annotator, or ask for another method",
         )
     table = target_table(folder, documents, tool, method, wanted.rule, created=now())
     try:
@@ -133,7 +148,19 @@ def export_targets(
     volumes = {
         split: len({row.document.volume.id for row in table.rows if row.split == split}) for split in SPLITS
     }
-    return Exported(output, method, len(table.rows), volumes, left_out)
+    stale = {document.volume.id: document.stale for document in documents if document.stale}
+    return Exported(
+        output,
+        method,
+        len(table.rows),
+        volumes,
+        left_out,
+        stale_volumes=tuple(stale),
+        remarks=(
+            *(f"{volume_id}: {why}" for volume_id, why in stale.items()),
+            *_empty_splits(volumes, wanted.rule),
+        ),
+    )
 
 
 def _format(output: Path, overwrite: bool) -> Callable[..., bytes]:
@@ -165,8 +192,20 @@ def _usual_method(study: Study) -> Method:
     return "keypoints" if "keypoints" in study.methods else study.methods[0]
 
 
+def _empty_splits(volumes: Mapping[str, int], rule: SplitRule) -> Iterator[str]:
+    for (split, count), share in zip(volumes.items(), rule.shares, strict=True):
+        if share and not count:
+            yield f"no volume is in {split}: there are too few of different data for this split"
+
+
 def _nothing(method: Method, options: ExportOptions, left_out: tuple[LeftOut, ...]) -> str:
     whose = f" of {options.annotator!r}" if options.annotator is not None else ""
-    reasons = [f"{one.volume_id}: {one.reason}" for one in left_out if one.kind in ("several", "unusable")]
+    # First what somebody has to look at.
+    reasons = [
+        f"{one.volume_id}: {one.reason}"
+        for kinds in (("several", "unusable"), ("unplaced",))
+        for one in left_out
+        if one.kind in kinds
+    ]
     first = f" ({reasons[0].rstrip('.')})" if reasons else ""
     return f"no volume has an annotation by {method}{whose} to export{first}"

@@ -118,6 +118,8 @@ def _write_documents(group: h5py.Group, table: TargetTable) -> None:
     repeat = [row.document.repeat for row in table.rows]
     group.create_dataset("repeat", data=np.array(repeat, dtype=np.int64))
     _write_text(group, "status", [row.document.annotation.status for row in table.rows])
+    is_stale = [bool(row.document.stale) for row in table.rows]
+    group.create_dataset("consensus_is_stale", data=np.array(is_stale, dtype=bool))
 
 
 def _write_numbers(group: h5py.Group, name: str, values: Any, units: str, **said: str) -> None:

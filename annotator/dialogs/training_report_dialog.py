@@ -44,13 +44,14 @@ def _lines(exported: Exported) -> Iterator[str]:
     yield str(exported.path)
     volumes = ", ".join(f"{number} {split}" for split, number in exported.volumes.items())
     yield f"{_counted(exported.rows, 'row')} by {exported.method}; volumes: {volumes}"
+    yield from exported.remarks
     yield ""
     if not exported.left_out:
         yield "Nothing was left out."
         return
-    yield f"Left out ({len(exported.left_out)}):"
-    for each in exported.left_out:
-        yield f"{each.volume_id}: {each.reason}"
+    yield "Left out:"
+    for volume_id, reason in exported.reasons.items():
+        yield f"{volume_id}: {reason}"
     if any(each.kind == "several" for each in exported.left_out):
         yield ""
         yield "Settle the consensus of those that several have annotated, or choose one annotator."

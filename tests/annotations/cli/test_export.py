@@ -1,4 +1,5 @@
-import shutil
+import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -34,29 +35,60 @@ def test_the_same_for_programs(study: Path, tmp_path: Path, run_json: Any) -> No
         "rows": 2,
         "volumes": {"train": 2, "validation": 0, "test": 0},
         "left_out": [],
+        "stale_volumes": [],
+        "remarks": [],
     }
+
+
+def copied(source: Path, annotator: str, **replaced: str) -> Path:
+    """Copy a simulated annotation as if a person had placed it."""
+    text = source.read_text().replace('"source": "synthesized"', '"source": "clicked"')
+    for name, value in replaced.items():
+        text = re.sub(rf'"{name}": "\w+"', f'"{name}": "{value}"', text, count=1)
+    target = source.parents[1] / annotator / source.name
+    target.parent.mkdir(exist_ok=True)
+    target.write_text(text)
+    return target
 
 
 def test_volumes_of_several_annotators_are_findings(
     study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    truth, anna = study / "annotations" / "truth", study / "annotations" / "anna"
-    anna.mkdir()
-    shutil.copy(truth / "v001.keypoints.json", anna)
-    (anna / "v002.keypoints.json").write_text(
-        (truth / "v002.keypoints.json").read_text().replace('"status": "done"', '"status": "in_progress"')
-    )
+    first, second = (study / "annotations" / "truth" / f"v00{number}.keypoints.json" for number in (1, 2))
+    copied(first, "anna")
+    copied(first, "ben")
+    copied(second, "anna")
+    copied(second, "ben", status="in_progress")
 
     assert main(["export", str(study), "-o", str(tmp_path / "some.h5")]) == 1
     words = capsys.readouterr().out
     assert "1 row by keypoints" in words
     assert "left out, annotations that are not done: 1" in words
-    assert "left out, v001: anna, truth have annotated it, and there is no consensus" in words
+    assert "left out, annotations in which nobody placed anything: 2" in words
+    assert words.count("v001") == 1
+    assert "left out, v001: anna, ben have annotated it, and there is no consensus; nobody placed" in words
     assert "--annotator NAME or --every-annotation" in words
+    assert "no volume is in validation" in words
 
     assert main(["export", str(study), "-o", str(tmp_path / "truth.h5"), "--annotator", "truth"]) == 0
     assert main(["export", str(study), "-o", str(tmp_path / "every.h5"), "--every-annotation"]) == 0
     assert "3 rows" in capsys.readouterr().out
+
+
+def test_a_stale_consensus_is_a_finding(
+    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settled = copied(study / "annotations" / "truth" / "v001.keypoints.json", "consensus")
+    fields = json.loads(settled.read_text())
+    fields["consensus_of"] = [
+        {"path": "../anna/v001.keypoints.json", "annotator": "anna", "repeat": 0, "sha256": 64 * "0"}
+    ]
+    settled.write_text(json.dumps(fields))
+    copied(study / "annotations" / "truth" / "v001.keypoints.json", "anna")
+
+    assert main(["export", str(study), "-o", str(tmp_path / "t.h5")]) == 1
+    words = capsys.readouterr().out
+    assert "v001: the consensus was settled before anna's annotation changed: settle it again" in words
 
 
 def test_a_file_is_replaced_on_demand_alone(

@@ -1,8 +1,11 @@
 """What the tests of files for and from other programs share: point lists, and studies without volumes."""
 
+import csv
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
@@ -15,6 +18,7 @@ from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotations.geometry.rotations import about_axis
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import shipped_tools
+from annotations.interchange.training_file import Exported
 
 SPACING_UM = (15.9, 13.5, 9.4)
 SHAPE = (1096, 1936, 1152)
@@ -118,3 +122,25 @@ def make_study(tmp_path: Path, forceps: ToolSpecification) -> Callable[..., Stud
         return StudyFolder(tmp_path / "study", tool, count, **fields)
 
     return make
+
+
+def read_hdf5(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """All datasets, text as text, and the file's attributes."""
+    datasets: dict[str, Any] = {}
+
+    def keep(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            datasets[name] = item.asstr()[()] if h5py.check_string_dtype(item.dtype) else item[()]
+
+    with h5py.File(path) as file:
+        file.visititems(keep)
+        return datasets, dict(file.attrs)
+
+
+def read_csv(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def reasons(exported: Exported) -> list[tuple[str, str]]:
+    return [(one.volume_id, one.kind) for one in exported.left_out]

@@ -1,4 +1,3 @@
-import csv
 import errno
 import hashlib
 import os
@@ -22,33 +21,12 @@ from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import shipped_tools, write_tool
 from annotations.interchange.split import split_rule
-from annotations.interchange.training_file import Exported, ExportOptions, export_targets
+from annotations.interchange.training_file import ExportOptions, export_targets
+from tests.annotations.interchange.conftest import read_csv, read_hdf5
 
 ROOT = Path(__file__).parents[3]
 FORCEPS = shipped_tools()["magnetic-forceps"]
 MakeStudy = Callable[..., Any]
-
-
-def read_hdf5(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """All datasets, text as text, and the file's attributes."""
-    datasets: dict[str, Any] = {}
-
-    def keep(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset):
-            datasets[name] = item.asstr()[()] if h5py.check_string_dtype(item.dtype) else item[()]
-
-    with h5py.File(path) as file:
-        file.visititems(keep)
-        return datasets, dict(file.attrs)
-
-
-def read_csv(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
-def reasons(exported: Exported) -> list[tuple[str, str]]:
-    return [(one.volume_id, one.kind) for one in exported.left_out]
 
 
 @pytest.mark.parametrize("method", ["keypoints", "boxes"])
@@ -185,6 +163,7 @@ def test_csv_says_the_same_as_hdf5_to_the_last_digit(
     columns |= {name: [attributes[name]] * 3 for name in ("schema", "method", "tool", "tool_fingerprint")}
     columns |= {f"document_{name}": data[f"document/{name}"] for name in ("path", "sha256")}
     columns |= {name: data[f"document/{name}"] for name in ("annotator", "repeat", "status")}
+    columns["consensus_is_stale"] = data["document/consensus_is_stale"]
     for axis, letter in enumerate("xyz"):
         columns[f"shape_{letter}_voxel"] = data["shape"][:, axis]
         columns[f"spacing_{letter}_um"] = data["spacing_um"][:, axis]
@@ -243,44 +222,19 @@ def test_a_tool_whose_names_collide_with_columns_is_refused(make_study: MakeStud
         export_targets(study.folder, tmp_path / "t.h5")
 
 
-def test_the_consensus_speaks_for_a_volume(make_study: MakeStudy, tmp_path: Path) -> None:
-    study = make_study(1)
-    study.add(1, "anna")
-    study.add(1, "ben")
-    study.add(1, "consensus")
-    export_targets(study.folder, tmp_path / "t.h5")
-
-    assert read_hdf5(tmp_path / "t.h5")[0]["document/annotator"].tolist() == ["consensus"]
-
-
-def test_volumes_of_several_annotators_without_consensus_are_left_out_and_named(
-    make_study: MakeStudy, tmp_path: Path
-) -> None:
-    study = make_study(4)
-    for number, annotator in [(1, "anna"), (1, "ben"), (2, "anna"), (2, "ben"), (3, "ben")]:
-        study.add(number, annotator)
-    study.add(2, "consensus", status="in_progress")
-    exported = export_targets(study.folder, tmp_path / "t.h5")
-
-    assert read_hdf5(tmp_path / "t.h5")[0]["volume_id"].tolist() == ["v003"]
-    assert reasons(exported) == [
-        ("v001", "several"),
-        ("v002", "several"),
-        ("v002", "unfinished"),
-        ("v004", "unannotated"),
-    ]
-    assert "anna, ben" in exported.left_out[0].reason
-
-
-def test_one_annotator_can_speak_for_all(make_study: MakeStudy, tmp_path: Path) -> None:
+def test_a_part_of_the_split_that_stays_empty_is_said(make_study: MakeStudy, tmp_path: Path) -> None:
     study = make_study(2)
-    for number, annotator in [(1, "anna"), (1, "ben"), (1, "consensus"), (2, "anna")]:
-        study.add(number, annotator)
-    exported = export_targets(study.folder, tmp_path / "t.h5", ExportOptions(annotator="ben"))
+    study.add(1)
+    alone = export_targets(study.folder, tmp_path / "one.h5")
+    study.add(2)
+    both = export_targets(study.folder, tmp_path / "two.h5")
 
-    assert read_hdf5(tmp_path / "t.h5")[0]["document/annotator"].tolist() == ["ben"]
-    assert reasons(exported) == [("v002", "unannotated")]
-    assert exported.left_out[0].reason == "ben has not annotated it by keypoints"
+    assert alone.volumes == {"train": 1, "validation": 0, "test": 0}
+    assert alone.remarks == (
+        "no volume is in validation: there are too few of different data for this split",
+    )
+    assert both.volumes == {"train": 1, "validation": 1, "test": 0}
+    assert both.remarks == ()
 
 
 def test_every_annotation_gives_a_row_each_in_the_split_of_its_volume(
@@ -300,57 +254,6 @@ def test_every_annotation_gives_a_row_each_in_the_split_of_its_volume(
     assert data["document/repeat"].tolist() == [0, 1] + [0] * 11
     split_by_volume = set(zip(data["volume_id"], data["split"], strict=True))
     assert len(split_by_volume) == 6
-
-
-def test_repeats_are_no_second_opinion(make_study: MakeStudy, tmp_path: Path) -> None:
-    study = make_study(1)
-    study.add(1)
-    study.add(1, repeat=1)
-    exported = export_targets(study.folder, tmp_path / "t.h5")
-
-    assert (exported.rows, exported.left_out) == (1, ())
-    assert read_hdf5(tmp_path / "t.h5")[0]["document/repeat"].tolist() == [0]
-
-
-def test_unfinished_annotations_count_on_demand(make_study: MakeStudy, tmp_path: Path) -> None:
-    study = make_study(2)
-    study.add(1)
-    study.add(2, status="in_progress")
-    without = export_targets(study.folder, tmp_path / "without.h5")
-    with_them = export_targets(study.folder, tmp_path / "with.h5", ExportOptions(include_unfinished=True))
-
-    assert (without.rows, reasons(without)) == (1, [("v002", "unfinished")])
-    assert (with_them.rows, with_them.left_out) == (2, ())
-    assert read_hdf5(tmp_path / "with.h5")[0]["document/status"].tolist() == ["done", "in_progress"]
-
-
-def test_a_broken_document_leaves_its_volume_out_and_is_named(make_study: MakeStudy, tmp_path: Path) -> None:
-    study = make_study(2)
-    study.add(1, "anna")
-    study.add(1, "ben").write_text("{")
-    study.add(2)
-    exported = export_targets(study.folder, tmp_path / "t.h5")
-
-    assert (exported.rows, reasons(exported)) == (1, [("v001", "unusable")])
-    assert "v001.keypoints.json of ben" in exported.left_out[0].reason
-
-
-def test_a_document_of_another_tool_is_left_out_but_one_of_other_lengths_is_not(
-    make_study: MakeStudy, tmp_path: Path
-) -> None:
-    study = make_study(2)
-    links = tuple(link.model_copy(update={"length_um": 1.01 * link.length_um}) for link in FORCEPS.links)
-    calibrated = FORCEPS.model_copy(update={"name": "mine", "links": links})
-    same = {"tool": "mine", "tool_copy": calibrated, "tool_fingerprint": calibrated.fingerprint}
-    study.add(1, **same)
-    needle = shipped_tools()["needle"]
-    study.add(
-        2, tool="needle", tool_copy=needle, tool_fingerprint=needle.fingerprint, keypoints=(), status="done"
-    )
-    exported = export_targets(study.folder, tmp_path / "t.h5")
-
-    assert (exported.rows, reasons(exported)) == (1, [("v002", "unusable")])
-    assert "needle" in exported.left_out[0].reason
 
 
 def test_volumes_of_one_fingerprint_share_a_split(make_study: MakeStudy, tmp_path: Path) -> None:

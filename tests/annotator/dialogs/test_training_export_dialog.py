@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from annotations.documents.study import ViewingRules, load_study
 from annotations.errors import UserError
+from annotations.interchange.speaking_documents import LeftOut
 from annotations.interchange.split import SplitRule
 from annotations.interchange.training_file import Exported, ExportOptions
 from annotator.dialogs.training_export_dialog import TrainingExportDialog
@@ -169,6 +170,30 @@ def test_what_is_left_out_is_named_with_its_reason_and_can_be_copied(
     assert str(tmp_path / "targets.h5") in shown
     qtbot.mouseClick(child(dialog, QPushButton, "report_copy"), LEFT)
     assert QGuiApplication.clipboard().text() == shown
+
+
+def test_a_volume_has_one_line_and_remarks_come_first(qtbot: QtBot, tmp_path: Path) -> None:
+    exported = Exported(
+        tmp_path / "targets.h5",
+        "keypoints",
+        1,
+        {"train": 1, "validation": 0, "test": 0},
+        tuple(
+            LeftOut("v002", "unfinished", f"{who}'s annotation is not done", who) for who in ("anna", "ben")
+        ),
+        stale_volumes=("v001",),
+        remarks=("v001: the consensus was settled before anna's annotation changed: settle it again",),
+    )
+    dialog = TrainingReportDialog(exported)
+    qtbot.addWidget(dialog)
+    text = child(dialog, QPlainTextEdit, "report_text")
+    assert isinstance(text, QPlainTextEdit)
+    assert text.toPlainText().splitlines()[2:] == [
+        exported.remarks[0],
+        "",
+        "Left out:",
+        "v002: anna's annotation is not done; ben's annotation is not done",
+    ]
 
 
 def test_a_foreign_file_is_left_alone(qtbot: QtBot, opened: Open, folder: Path, tmp_path: Path) -> None:
