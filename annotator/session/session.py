@@ -12,6 +12,7 @@ from annotations.documents.record import Method
 from annotations.documents.recovery import Recovery
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
+from annotations.geometry.frames import Vector
 from annotator.session.agreeing import Agreeing
 from annotator.session.calibrating import Calibrating
 from annotator.session.deriving import Deriving
