@@ -1,7 +1,7 @@
 """How the other annotators of a volume are told apart over an image: a colour, a form and initials each."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Iterable, Sequence
 from functools import lru_cache
 
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -19,6 +19,10 @@ _HALO = QColor(0, 0, 0, 200)
 # On paper it is black.
 _BLACK_ON_DARK = QColor("#d0d4da")
 _DARKEST_TEXT = 140
+_NAME = QColor("#f4f6f8")
+
+Word = tuple[str, int | None]
+"""Initials with the annotator's place in the order, or the name of a keypoint with None."""
 
 
 def _corners(count: int, first_deg: float, inner: float = 0.0) -> tuple[tuple[float, float], ...]:
@@ -55,8 +59,10 @@ def annotator_color(number: int) -> QColor:
 
 
 @lru_cache(maxsize=64)
-def text_color(number: int) -> QColor:
-    """Return the colour in which an annotator's initials can be read on dark ground."""
+def text_color(number: int | None) -> QColor:
+    """Return the colour in which an annotator's initials, or nobody's, can be read on dark ground."""
+    if number is None:
+        return _NAME
     color = annotator_color(number)
     return color.lighter(145) if color.lightness() < _DARKEST_TEXT else color
 
@@ -105,6 +111,21 @@ def gathered(
         else:
             groups.append([index])
     return tuple(tuple(group) for group in groups)
+
+
+def label_words(marks: Iterable[tuple[str, str, int]], unnamed: Container[str]) -> tuple[Word, ...]:
+    """Return what stands beside marks that lie together: keypoints that nothing else names, then initials.
+
+    Parameters
+    ----------
+    marks : iterable of (str, str, int)
+        Keypoint, initials and place in the order of each mark's annotator.
+    unnamed : container of str
+        The keypoints that are to be named.
+    """
+    known = list(marks)
+    names: list[Word] = [(keypoint, None) for keypoint, _, _ in known if keypoint in unnamed]
+    return tuple(dict.fromkeys([*names, *((initials, number) for _, initials, number in known)]))
 
 
 def covered(places: Sequence[tuple[float, float]]) -> QRectF:

@@ -10,10 +10,12 @@ from PySide6.QtGui import QFont, QImage, QPainter
 
 from annotator.looks.annotator_marks import (
     MARK_RADIUS_PX,
+    Word,
     annotator_color,
     covered,
     gathered,
     label_area,
+    label_words,
     paint_annotator_mark,
     text_color,
 )
@@ -26,15 +28,15 @@ from annotator.session.differences import Difference
 from annotator.session.others import OtherAnnotation
 
 _MARK_PX = 4 * MARK_RADIUS_PX
-# Under one's own keypoints and their names, which count from 0.
-_BENEATH = -1
+# Layers under one's own keypoints and their names, which count from 0.
+_MARKS_BELOW, _LABELS_BELOW = -1000, 0
 
 Place = tuple[float, float]
-Mark = tuple[OtherAnnotation, Place]
+Mark = tuple[OtherAnnotation, str, Place]
 Drawn = tuple[Hashable, Callable[[], QImage], Place]
 """What a picture depends on, how it is painted, and its upper left corner."""
 
-Look = tuple[Sequence[OtherAnnotation], Sequence[Difference], Picture, QFont]
+Look = tuple[Sequence[OtherAnnotation], Sequence[Difference], Picture, QFont, frozenset[str]]
 
 
 class OthersLayer:
@@ -43,8 +45,8 @@ class OthersLayer:
     def __init__(self, renderer: vtk.vtkRenderer) -> None:
         self._edges = Segments(width_px=1.5)
         self._lines = Segments(width_px=2)
-        self._marks = _Pictures(renderer)
-        self._labels = _Pictures(renderer)
+        self._marks = _Pictures(renderer, _MARKS_BELOW)
+        self._labels = _Pictures(renderer, _LABELS_BELOW)
         self._shown: Look | None = None
 
     @property
@@ -58,9 +60,10 @@ class OthersLayer:
         lines: Sequence[Difference],
         picture: Picture,
         font: QFont,
+        unnamed: frozenset[str] = frozenset(),
     ) -> None:
-        """Draw these annotations and differences and no others."""
-        wanted = (others, lines, picture, font)
+        """Draw these annotations and differences and no others; ``unnamed`` keypoints with their names."""
+        wanted = (others, lines, picture, font, unnamed)
         if wanted == self._shown:
             return
         self._shown = wanted
@@ -68,14 +71,15 @@ class OthersLayer:
         self._lines.show(_difference_lines(lines), picture.ratio)
         marks = list(_marks(others, picture))
         self._marks.show([_drawn_mark(mark, picture) for mark in marks], picture)
-        self._labels.show(list(_drawn_labels(marks, font, picture)), picture)
+        self._labels.show(list(_drawn_labels(marks, font, picture, unnamed)), picture)
 
 
 class _Pictures:
     """Sprites that are painted only where no other one shows the same already: most of the time they move."""
 
-    def __init__(self, renderer: vtk.vtkRenderer) -> None:
+    def __init__(self, renderer: vtk.vtkRenderer, below: int) -> None:
         self._renderer = renderer
+        self._below = below
         self._sprites: list[tuple[Hashable, Sprite]] = []
 
     def show(self, wanted: Sequence[Drawn], picture: Picture) -> None:
@@ -91,40 +95,44 @@ class _Pictures:
             if same is None:
                 sprite.paint(paint())
             sprite.place(left_px, top_px, picture.height_px)
+            # Where they overlap, the same one is above, whichever sprites are taken again.
+            sprite.actor.SetLayerNumber(self._below - len(wanted) + len(self._sprites))
             self._sprites.append((key, sprite))
         for sprite in spare:
             self._renderer.RemoveViewProp(sprite.actor)
 
     def _added(self) -> Sprite:
         sprite = Sprite()
-        sprite.actor.SetLayerNumber(_BENEATH)
         self._renderer.AddViewProp(sprite.actor)
         return sprite
 
 
 def _marks(others: Sequence[OtherAnnotation], picture: Picture) -> Iterator[Mark]:
     """Yield whose keypoints appear where, without those behind the eye."""
-    owners = [other for other in others for _ in other.positions_um]
+    owners = [(other, name) for other in others for name in other.positions_um]
     positions_um = [position_um for other in others for position_um in other.positions_um.values()]
-    for owner, place in zip(owners, picture.project(positions_um), strict=True):
+    for (owner, name), place in zip(owners, picture.project(positions_um), strict=True):
         if not np.isnan(place).any():
-            yield owner, (float(place[0]), float(place[1]))
+            yield owner, name, (float(place[0]), float(place[1]))
 
 
 def _drawn_mark(mark: Mark, picture: Picture) -> Drawn:
-    owner, (x, y) = mark
+    owner, _, (x, y) = mark
     paint = partial(mark_picture, owner.number, picture.ratio)
     return (owner.number, picture.ratio), paint, (x - _MARK_PX / 2, y - _MARK_PX / 2)
 
 
-def _drawn_labels(marks: Sequence[Mark], font: QFont, picture: Picture) -> Iterator[Drawn]:
+def _drawn_labels(
+    marks: Sequence[Mark], font: QFont, picture: Picture, unnamed: frozenset[str]
+) -> Iterator[Drawn]:
     """Yield the initials of those whose marks lie together."""
     taken: list[QRectF] = []
     whole = QRectF(0, 0, picture.width_px, picture.height_px)
-    for group in gathered([place for _, place in marks]):
-        letters = tuple(dict.fromkeys((marks[index][0].initials, marks[index][0].number) for index in group))
+    for group in gathered([place for _, _, place in marks]):
+        together = [marks[index] for index in group]
+        letters = label_words([(name, owner.initials, owner.number) for owner, name, _ in together], unnamed)
         widths_px, heights_px = zip(*(text_size_px(text, font) for text, _ in letters), strict=True)
-        around = covered([marks[index][1] for index in group])
+        around = covered([place for _, _, place in together])
         taken.append(label_area(around, sum(widths_px), max(heights_px), taken, whole))
         key = (letters, font.key(), picture.ratio)
         paint = partial(initials_picture, letters, font, picture.ratio)
@@ -140,7 +148,7 @@ def mark_picture(number: int, ratio: float) -> QImage:
     return image
 
 
-def initials_picture(letters: Sequence[tuple[str, int]], font: QFont, ratio: float) -> QImage:
+def initials_picture(letters: Sequence[Word], font: QFont, ratio: float) -> QImage:
     """Paint initials side by side, each in the colour of its annotator's place in the order."""
     widths_px = [text_size_px(text, font)[0] for text, _ in letters]
     image = blank(sum(widths_px), text_size_px("", font)[1], ratio)

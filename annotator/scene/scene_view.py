@@ -257,6 +257,7 @@ class SceneView(QWidget):
             pointed=self._hand.pointed.name if self._hand.pointed is not None else None,
             others=session.others.drawn,
             differences=session.others.differences(),
+            unnamed=session.others.unnamed,
         )
 
     def _picture(self) -> Picture:

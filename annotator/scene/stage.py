@@ -51,6 +51,8 @@ class SceneLook:
         Those that are to be seen.
     differences : tuple of Difference
         Between them.
+    unnamed : frozenset of str
+        The keypoints of the others that no mark of one's own names.
     """
 
     picture: Picture
@@ -65,6 +67,7 @@ class SceneLook:
     pointed: str | None
     others: tuple[OtherAnnotation, ...] = ()
     differences: tuple[Difference, ...] = ()
+    unnamed: frozenset[str] = frozenset()
 
 
 class Stage:
@@ -143,7 +146,7 @@ class Stage:
         self._links.show_links(look.tool if "links" in shown else None, positions_um, ratio)
         self._links.show_ray(view.preview.ray if view.preview else None, box_um, ratio)
         self._solids.show(look.solids, picture.camera, ratio)
-        self._others.show(look.others, look.differences, picture, font)
+        self._others.show(look.others, look.differences, picture, font, look.unnamed)
         axes = "axes" in shown and box_um is not None
         self._axes.show_outlines(box_um if axes else None, view.cropping_um, ratio)
         self._axes.show_triad(picture, font, visible=axes)

@@ -10,10 +10,11 @@ from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.annotation import Annotation
 from annotations.documents.permission import permission
-from annotations.documents.study import CONSENSUS, Study, annotation_name, study_folder_of
+from annotations.documents.study import CONSENSUS, STUDY_FILE, Study, annotation_name, study_folder_of
 from annotations.errors import Cancelled, UserError
 from annotator.session.calibrating import annotated_folder
 from annotator.session.jobs import Job
+from annotator.session.opinion_watch import FileMarks, file_marks
 from annotator.session.remembered import Remembered
 from annotator.session.saving import SessionSaving
 from annotator.session.worklist import WorkItem
@@ -65,7 +66,8 @@ class Agreeing(QObject):
     Signals
     -------
     changed
-        ``result``, ``is_stale``, ``is_computing`` or one of the refusals may have changed.
+        ``result``, ``is_stale``, ``has_changed_files``, ``is_computing`` or one of the refusals may have
+        changed.
     computed
         A comparison has succeeded.
     exported : tuple of Path
@@ -84,6 +86,10 @@ class Agreeing(QObject):
         self._folder: Path | None = None
         self._computed_at: datetime | None = None
         self._is_stale = False
+        self._marks: FileMarks = frozenset()
+        self._has_changed_files = False
+        self._looking: Job | None = None
+        self._after_looking: list[Callable[[], object]] = []
         self._computing: Job | None = None
         self._exporting: Job | None = None
         self._ids: Remembered[Mapping[str, str]] = Remembered()
@@ -110,6 +116,46 @@ class Agreeing(QObject):
     def is_stale(self) -> bool:
         """Whether an annotation was edited in this window since."""
         return self._is_stale
+
+    @property
+    def has_changed_files(self) -> bool:
+        """Whether other people's annotation files have changed since, as of the last look at them."""
+        return self._has_changed_files
+
+    def look_for_changes(self, then: Callable[[], object] = lambda: None) -> None:
+        """Look in the background whether other people's files are as they were compared; then go on."""
+        folder, before, own = self._folder, self._marks, self._own_folders()
+        if self._result is None or folder is None:
+            then()
+            return
+        self._after_looking.append(then)
+        if self._looking is not None:
+            return
+
+        def go_on() -> None:
+            self._looking = None
+            waiting, self._after_looking = self._after_looking, []
+            for each in waiting:
+                each()
+
+        def on_looked(has_changed: bool) -> None:
+            if folder == self._folder and before == self._marks and has_changed != self._has_changed_files:
+                self._has_changed_files = has_changed
+                self.changed.emit()
+            go_on()
+
+        self._looking = self._session.jobs.start(
+            "Looking at the annotations",
+            lambda _progress, _cancelled: _compared_marks(folder, own) != before,
+            done=on_looked,
+            # A share that does not answer now: whoever reads the files will say so.
+            failed=lambda _error: go_on(),
+            shown=False,
+        )
+
+    def _own_folders(self) -> frozenset[str]:
+        """Return the folders whose changes are known otherwise, or are none of what was compared."""
+        return frozenset({CONSENSUS, self._session.person, self._session.worklist.annotator})
 
     @property
     def is_computing(self) -> bool:
@@ -189,12 +235,17 @@ class Agreeing(QObject):
             return
         worklist, folder = self._session.worklist, annotated_folder(self._session.worklist)
         study, person, tools = worklist.study, self._person, self._user_tool_folder
+        own = self._own_folders()
         self.cancel()
         self._is_stale = False
         self._computing = self._session.jobs.start(
             "Comparing the annotators",
-            lambda progress, cancelled: _compared(folder, study, person, tools, progress, cancelled),
-            done=lambda result: self._take(result, folder),
+            lambda progress, cancelled: (
+                # Before they are read: what changes meanwhile is noticed.
+                _compared_marks(folder, own),
+                _compared(folder, study, person, tools, progress, cancelled),
+            ),
+            done=lambda made: self._take(*made, folder),
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
         )
@@ -222,19 +273,20 @@ class Agreeing(QObject):
         )
         self.changed.emit()
 
-    def _take(self, result: "Agreement", folder: Path) -> None:
+    def _take(self, marks: FileMarks, result: "Agreement", folder: Path) -> None:
         self._computing = None
         if folder != annotated_folder(self._session.worklist):
             self.changed.emit()
             return
-        self._result, self._folder = result, folder
+        self._result, self._folder, self._marks = result, folder, marks
+        self._has_changed_files = False
         self._computed_at = datetime.now().astimezone()
         self.changed.emit()
         self.computed.emit()
 
     def _forget(self) -> None:
         self._result = self._folder = self._computed_at = None
-        self._is_stale = False
+        self._is_stale = self._has_changed_files = False
 
     def _fail(self, error: Exception) -> None:
         self.changed.emit()
@@ -264,7 +316,7 @@ class Agreeing(QObject):
 
     def _on_job_export_cancelled(self) -> None:
         self._exporting = None
-        self._session.post_message("No report is written")
+        self._session.post_message("Cancelled: nothing was written")
         self.changed.emit()
 
     def _on_session_worklist_changed(self) -> None:
@@ -319,6 +371,14 @@ def _compared(
     if study is not None:
         _check_permission(study, folder, person, cancelled)
     return agreement_of(folder, (user_tool_folder,), progress=progress, cancelled=cancelled)
+
+
+def _compared_marks(folder: Path, own: frozenset[str]) -> FileMarks:
+    """Return the marks of the files that a comparison reads, without those in some annotators' folders."""
+    from annotations.agreement.found_files import files_below, files_of_study  # late: few sessions compare
+
+    files, _ = files_of_study(folder) if (folder / STUDY_FILE).is_file() else files_below(folder)
+    return file_marks(folder / each for each in files if Path(each).parent.name not in own)
 
 
 def _check_permission(study: Study, folder: Path, person: str, cancelled: Callable[[], bool]) -> None:

@@ -100,7 +100,7 @@ class Exporting(QObject):
 
     def _on_job_cancelled(self) -> None:
         self._end()
-        self._session.post_message("No training file is written")
+        self._session.post_message("Cancelled: nothing was written")
 
 
 def _written(

@@ -1,9 +1,11 @@
 """The other annotators' documents of the open volume: loaded only where they are wanted and may be seen."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.annotation import Annotation
@@ -13,17 +15,16 @@ from annotations.documents.representations import keypoint_positions_um
 from annotations.documents.study import (
     CONSENSUS,
     AnnotationName,
-    annotation_files,
     annotation_name,
     annotation_path,
     study_folder_of,
 )
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.boxes import Box
-from annotations.geometry.frames import Vector
+from annotations.geometry.frames import Vector, vector
 from annotations.geometry.tool import ToolSpecification
 from annotator.session.agreeing import Agreeing
-from annotator.session.annotator_names import in_order, initials
+from annotator.session.annotator_names import has_placed, in_order, initials, people_of
 from annotator.session.differences import Difference, differences
 from annotator.session.jobs import Job
 from annotator.session.remembered import Remembered
@@ -109,6 +110,14 @@ class Others(QObject):
         return tuple(other for other in self._shown if other.visible)
 
     @property
+    def unnamed(self) -> frozenset[str]:
+        """The keypoints that are to be named beside the others' marks, as one's own have no place."""
+        if "names" not in self._session.view.layers:
+            return frozenset()
+        theirs = {name for other in self.drawn for name in other.positions_um}
+        return frozenset(theirs - self._session.shown_positions_um().keys())
+
+    @property
     def reason(self) -> str:
         """Why nothing is shown though it is wanted, as a sentence without its full stop; else empty."""
         return self._reason
@@ -117,6 +126,23 @@ class Others(QObject):
         """Return the lines from where each annotator has a keypoint to what it is compared with."""
         own_um = self._session.shown_positions_um()
         return self._differences.result(_differences, self._own_number, own_um, self._shown)
+
+    def worst(self) -> str | None:
+        """Return the keypoint on which those that are shown disagree most; None with fewer than two."""
+        apart_um: dict[str, list[float]] = {}
+        for line in self.differences():
+            apart_um.setdefault(line.keypoint, []).append(math.dist(line.position_um, line.reference_um))
+        return max(apart_um, key=lambda name: float(np.mean(apart_um[name])), default=None)
+
+    def mean_um(self, name: str) -> Vector | None:
+        """Return the mean of where those that are drawn have a keypoint or a box; None where none has it."""
+        places_um = [
+            other.boxes[name].center_um if name in other.boxes else other.positions_um.get(name)
+            for other in self.drawn
+            if other.annotator != CONSENSUS
+        ]
+        placed_um = [place_um for place_um in places_um if place_um is not None]
+        return vector(np.mean(placed_um, axis=0)) if placed_um else None
 
     def want(self) -> None:
         """Show the others' annotations if they may be seen; ``reason`` says why not."""
@@ -245,17 +271,18 @@ def _read(
         return _Read(None, ())
     me, folder = path.parent.name, path.parents[2]
     first_pass = AnnotationName(name.volume_id, method)
-    people = {me, *(each.parent.name for each in annotation_files(folder))}
+    people = people_of(folder)
     documents: dict[str, Annotation] = {}
-    for person in people - {me}:
+    for person in people:
         if cancelled():
             raise Cancelled
-        document = _document(folder, person, first_pass)
-        if document is not None and document.tool == tool.name:
+        document = _document(folder, person, first_pass) if person != me else None
+        if document is not None and document.tool == tool.name and has_placed(document):
             documents[person] = document
-    # Nobody placed a synthetic volume's truth: the report leaves it out, and counts the others from 0.
-    nobodys = [person for person, document in documents.items() if _is_nobodys(document)]
-    ordered = in_order(people, listed, nobodys)
+    ordered = in_order(people, listed)
+    if me not in ordered:
+        # After all whom the report counts: nobody is drawn otherwise because of who is looking.
+        ordered = (*ordered, me)
     short = initials(ordered)
     others = tuple(
         OtherAnnotation(
@@ -270,10 +297,6 @@ def _read(
         if person in documents
     )
     return _Read(None if me == CONSENSUS else ordered.index(me), others)
-
-
-def _is_nobodys(document: Annotation) -> bool:
-    return all(part.source in (None, "synthesized") for part in document.parts)
 
 
 def _document(folder: Path, person: str, name: AnnotationName) -> Annotation | None:

@@ -103,7 +103,7 @@ class AnnotationLayer:
         marks, outlines = self._others
         paint_other_outlines(painter, outlines)
         paint_differences(painter, viewport, self._index, others.differences())
-        paint_other_marks(painter, marks, viewport.area)
+        paint_other_marks(painter, marks, viewport.area, others.unnamed)
 
     def _shown_marks(self) -> tuple[Mark, ...]:
         if self._session.view.overlays_hidden or self._viewport is None:

@@ -1,6 +1,6 @@
 """Draws the other annotators' keypoints and boxes over a slice, and how far all are apart."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
@@ -11,6 +11,7 @@ from annotator.looks.annotator_marks import (
     covered,
     gathered,
     label_area,
+    label_words,
     paint_annotator_mark,
     text_color,
 )
@@ -115,26 +116,38 @@ def paint_differences(painter: QPainter, viewport: Viewport, index: int, lines: 
     painter.setOpacity(1.0)
 
 
-def paint_other_marks(painter: QPainter, marks: Sequence[OtherMark], area: Area) -> None:
-    """Draw keypoints, and initials beside those that lie together, in sight if the marks are."""
+def paint_other_marks(
+    painter: QPainter, marks: Sequence[OtherMark], area: Area, unnamed: Container[str] = ()
+) -> None:
+    """Draw keypoints, and initials beside those that lie together, in sight if the marks are.
+
+    Parameters
+    ----------
+    unnamed : container of str
+        The keypoints whose names stand there too, as one's own document has no mark that they stand at.
+    """
     for mark in sorted(marks, key=lambda one: one.nearness):
         painter.setOpacity(mark.opacity)
         paint_annotator_mark(painter, QPointF(mark.x, mark.y), mark.number, filled=mark.nearness > 0)
     taken: list[QRectF] = []
     whole = QRectF(area.left, area.top, area.width, area.height)
     for group in gathered([(mark.x, mark.y) for mark in marks]):
-        taken.append(_paint_initials(painter, [marks[index] for index in group], taken, whole))
+        taken.append(_paint_initials(painter, [marks[index] for index in group], taken, whole, unnamed))
     painter.setOpacity(1.0)
 
 
 def _paint_initials(
-    painter: QPainter, group: Sequence[OtherMark], taken: Sequence[QRectF], whole: QRectF
+    painter: QPainter,
+    group: Sequence[OtherMark],
+    taken: Sequence[QRectF],
+    whole: QRectF,
+    unnamed: Container[str],
 ) -> QRectF:
     """Write the initials of those whose marks lie together, and return what they cover."""
     painter.setOpacity(max(mark.opacity for mark in group))
     metrics = painter.fontMetrics()
     gap = metrics.horizontalAdvance(" ") / 2
-    letters = dict.fromkeys((mark.initials, mark.number) for mark in group)
+    letters = label_words([(mark.keypoint, mark.initials, mark.number) for mark in group], unnamed)
     width = sum(metrics.horizontalAdvance(text) + gap for text, _ in letters) - gap + 2 * PADDING_PX
     around = covered([(mark.x, mark.y) for mark in group])
     area = label_area(around, width, metrics.height(), taken, whole)

@@ -57,7 +57,7 @@ def test_volumes_lead_to_their_places_in_the_list(qtbot: QtBot, rita: Session) -
     compute(qtbot, rita)
 
     assert rita.agreeing.result is not None
-    worst = max(rita.agreeing.result.methods["keypoints"].volumes, key=lambda volume: volume.rank)
+    worst = max(rita.agreeing.result.methods["keypoints"].volumes, key=lambda volume: volume.ratio_to_median)
     assert worst.volume == WORST
     assert rita.agreeing.index_of(WORST) == IDS.index(WORST)
     assert rita.agreeing.open_volume == IDS[0]
@@ -274,3 +274,18 @@ def test_nothing_is_exported_before_anything_is_computed(rita: Session, tmp_path
     rita.agreeing.export(tmp_path / "report", Formats())
 
     assert not rita.agreeing.is_exporting
+
+
+def test_changed_files_of_others_are_noticed_and_ones_own_are_known_otherwise(
+    qtbot: QtBot, rita: Session, folder: Path
+) -> None:
+    compute(qtbot, rita)
+    looked: list[bool] = []
+    rita.agreeing.look_for_changes(lambda: looked.append(rita.agreeing.has_changed_files))
+    qtbot.waitUntil(lambda: looked == [False])
+    path = next((folder / "annotations" / "ben").glob("*.json"))
+    path.write_bytes(path.read_bytes() + b"\n")
+    rita.agreeing.look_for_changes(lambda: looked.append(rita.agreeing.has_changed_files))
+    qtbot.waitUntil(lambda: looked == [False, True])
+    compute(qtbot, rita)
+    assert not rita.agreeing.has_changed_files

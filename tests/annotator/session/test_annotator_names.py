@@ -13,8 +13,12 @@ def test_whoever_is_listed_comes_first_and_the_consensus_last() -> None:
     assert in_order(found, ["zoe", "nobody"]) == ("zoe", "anna", "Ben", "carl", CONSENSUS)
 
 
-def test_who_is_put_behind_comes_after_all_that_are_not() -> None:
-    assert in_order(["truth", "anna", "zoe"], ["truth", "zoe"], last=["truth"]) == ("zoe", "anna", "truth")
+def test_initials_are_the_same_once_there_is_a_consensus() -> None:
+    people = ["anna", "carla"]
+
+    before, after = initials(people), initials([*people, CONSENSUS])
+    assert {name: after[name] for name in people} == before
+    assert after[CONSENSUS] not in before.values()
 
 
 def test_one_letter_is_enough_where_it_tells() -> None:

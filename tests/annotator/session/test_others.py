@@ -4,12 +4,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from annotations.documents.files import load_annotation
+from annotations.documents.files import load_annotation, save_annotation
 from annotations.documents.record import changed
-from annotations.documents.study import ViewingRules, annotation_path, load_study, save_study
+from annotations.documents.study import CONSENSUS, ViewingRules, annotation_path, load_study, save_study
 from annotator.session import Session
 from annotator.session import others as others_module
 from annotator.session.options import SessionOptions
@@ -241,3 +242,36 @@ def test_after_a_comparison_the_files_are_read_again(qtbot: QtBot, rita: Session
     qtbot.waitUntil(lambda: len(rita.others.shown) == 4)
 
     assert rita.others.shown[3].annotator == "dora"
+
+
+def test_a_truth_that_nobody_placed_is_left_out_and_changes_nobodys_look(
+    qtbot: QtBot, rita: Session, folder: Path
+) -> None:
+    own, _ = load_annotation(annotation_path(folder, "anna", IDS[0], "keypoints"))
+    parts = tuple(changed(part, source="synthesized") for part in own.keypoints)
+    for name in ("aaron", CONSENSUS):
+        path = annotation_path(folder, name, IDS[0], "keypoints")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        source = {} if name == CONSENSUS else {"keypoints": parts}
+        save_annotation(changed(own, annotator=name, **source), path, expected="")
+    want(qtbot, rita)
+
+    assert [(each.annotator, each.number, each.initials) for each in rita.others.shown][:3] == [
+        ("anna", 0, "A"),
+        ("ben", 1, "B"),
+        ("chloe", 2, "C"),
+    ]
+    assert [each.annotator for each in rita.others.shown][3:] == [CONSENSUS]
+
+
+def test_without_points_of_ones_own_the_others_are_named_and_looked_at(qtbot: QtBot, rita: Session) -> None:
+    assert rita.shown_anchor_um("k3") is None
+    want(qtbot, rita)
+
+    assert "k3" in rita.others.unnamed
+    mean_um = np.mean([position_um(ALL, person, IDS[0], "k3") for person in ALL], axis=0)
+    assert rita.shown_anchor_um("k3") == pytest.approx(tuple(mean_um))
+    worst = rita.others.worst()
+    assert worst is not None
+    rita.activate(worst, jump=True)
+    assert rita.view.crosshair_um == pytest.approx(rita.others.mean_um(worst), abs=20)
