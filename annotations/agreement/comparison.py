@@ -18,7 +18,7 @@ from annotations.agreement.measured import Metric, measured_targets, target_metr
 from annotations.agreement.method_comparison import method_comparison
 from annotations.agreement.pairs import pair_results
 from annotations.agreement.reliability import reliability_of
-from annotations.agreement.results import Agreement, Counts, MethodResult, PairedTest
+from annotations.agreement.results import Agreement, Counts, MethodResult, PairedTest, VolumeResult
 from annotations.agreement.turned_boxes import turned_boxes
 from annotations.agreement.worst_volumes import volume_results
 from annotations.documents.record import Method, now
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 MOST_ANNOTATORS = 20
 
 # Between two of them a comparison can be cancelled; they take about equally long.
-_STEPS_OF_A_METHOD = 5
+_STEPS_OF_A_METHOD = 6
 _COLLECTING_SHARE = 0.9
 
 
@@ -172,17 +172,22 @@ class _Comparison:
         published = {name: deviations(target).published for name, target in measured.items()}
         self._published[method] = published
         turned = turned_boxes(first, tool)
+        volumes = volume_results(first, tool, published, turned, self._cancelled)
+        self._step()
+        mistaken = _documents_with_mistakes(first, volumes)
+        without_mistakes = figures(first.only(~mistaken), tool, **drawn) if mistaken.any() else None
         return MethodResult(
             targets=main.targets,
             keypoints=main.keypoints,
             without_doubtful=without_doubtful,
             with_not_blind=with_not_blind,
+            without_mistakes=without_mistakes,
             counts=counts(all_first),
             annotators=annotators,
             pairs=pair_results(first.annotators, components, in_one_frame),
             reliability=reliability_of(first.annotators, in_one_frame),
             intra=intra_results(passes, tool, **drawn),
-            volumes=volume_results(first, tool, published, turned, self._cancelled),
+            volumes=volumes,
             turned_boxes=turned,
         )
 
@@ -204,12 +209,23 @@ class _Comparison:
         self._steps_done += 1
 
 
+def _documents_with_mistakes(compared: Compared, volumes: Sequence[VolumeResult]) -> NDArray[np.bool_]:
+    """Return in which documents a mistake was recognised, (V, A)."""
+    found = np.zeros(compared.has_document.shape, dtype=np.bool_)
+    for volume in volumes:
+        for annotator in volume.mistaken:
+            found[compared.volumes.index(volume.volume), compared.annotators.index(annotator)] = True
+    return found
+
+
 def counts(compared: Compared) -> Counts:
     """Return what there is in the first pass by a method, and what of it is in the main figures."""
     documents = compared.has_document
     blind = documents & compared.is_blind
     is_counted = np.isfinite(compared.only(blind).positions_um[..., 0])
     standing = compared.standing[blind]
+    annotators_of = is_counted.any(axis=2).sum(axis=1)
+    numbers, volumes = np.unique(annotators_of[annotators_of > 1], return_counts=True)
 
     def number(kind: Standing) -> int:
         return int(np.count_nonzero(standing == STANDINGS.index(kind)))
@@ -217,7 +233,8 @@ def counts(compared: Compared) -> Counts:
     return Counts(
         documents=int(documents.sum()),
         volumes=int(documents.any(axis=1).sum()),
-        volumes_compared=int((is_counted.any(axis=2).sum(axis=1) > 1).sum()),
+        volumes_compared=int(volumes.sum()),
+        volumes_by_annotators=dict(zip(numbers.tolist(), volumes.tolist(), strict=True)),
         unfinished=int((documents & ~compared.is_done).sum()),
         not_blind=int((documents & ~compared.is_blind).sum()),
         keypoints_counted=int(is_counted.sum()),

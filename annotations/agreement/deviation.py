@@ -45,10 +45,14 @@ class Deviations:
 
 def deviations(measured: Measured) -> Deviations:
     """Return the three statistics of each volume, over the annotators that the volume has."""
+    is_there, _ = _summed(measured)
+    pairwise = _pairwise(measured)
+    leave_one_out = _mean_if_complete(distances_from_others(measured), measured)
     return Deviations(
         _mean_if_complete(distances_from_mean(measured), measured),
-        _mean_if_complete(distances_from_others(measured), measured),
-        _pairwise(measured),
+        # Of two annotators both are the distance between them: the same number, not one but for rounding.
+        np.where(is_there.sum(axis=1) == 2, pairwise, leave_one_out),
+        pairwise,
     )
 
 

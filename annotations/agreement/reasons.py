@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,25 @@ Array = NDArray[np.float64]
 
 _MAINLY = 2.0
 """Along a link rather than across it, or the reverse: where one part is so many times the other."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What explains a volume.
+
+    Attributes
+    ----------
+    mistakes : tuple of str
+        Names that were exchanged, and by whom.
+    mistaken : tuple of str
+        The annotators who did; where nobody can tell who is right, all.
+    far_off : tuple of str
+        Who is far from the others, under the names that are right.
+    """
+
+    mistakes: tuple[str, ...] = ()
+    mistaken: tuple[str, ...] = ()
+    far_off: tuple[str, ...] = ()
 
 
 class Reasons:
@@ -35,15 +55,15 @@ class Reasons:
         self._limit_um = limit_um
         self._names = ExchangedNames(tool, limit_um)
 
-    def of_positions(self, annotators: Sequence[str], positions_um: Array) -> list[str]:
+    def of_positions(self, annotators: Sequence[str], positions_um: Array) -> Explanation:
         """Return who has names exchanged, and who is far off where, from positions of shape (a, K, 3)."""
         names = self._names.find(positions_um)
-        return [
-            *self._exchanged(annotators, names),
-            *self._far_off(annotators, names.corrected(positions_um)),
-        ]
+        mistakes, mistaken = self._exchanged(annotators, names)
+        far_off = self._far_off(annotators, names.corrected(positions_um))
+        return Explanation(tuple(mistakes), tuple(mistaken), tuple(far_off))
 
-    def _exchanged(self, annotators: Sequence[str], names: Names) -> list[str]:
+    def _exchanged(self, annotators: Sequence[str], names: Names) -> tuple[list[str], list[str]]:
+        """Return the exchanges in words, and the annotators whose names may be wrong."""
         who_by_words: dict[str, list[str]] = defaultdict(list)
         sound = []
         for who, annotator in enumerate(annotators):
@@ -53,12 +73,14 @@ class Reasons:
             else:
                 sound.append(annotator)
         if names.is_told:
-            return [f"{listed(who)}: {words}" for words, who in who_by_words.items()]
-        return [
+            told = [f"{listed(who)}: {words}" for words, who in who_by_words.items()]
+            return told, [each for each in annotators if each not in sound]
+        untold = [
             f"{words} between {listed(sound)} and {listed(who)}; neither a majority nor the tool's "
             "lengths tell who is right"
             for words, who in who_by_words.items()
         ]
+        return untold, list(annotators)
 
     def _exchange_in_words(self, cycles: Sequence[Cycle]) -> str:
         points = self._tool.keypoint_names

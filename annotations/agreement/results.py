@@ -27,7 +27,7 @@ class Estimate(Record):
     mean, sd : float or None
         ``sd`` with n − 1.
     ci95 : (float, float) or None
-        The 95 % confidence interval of the mean, by bootstrap over volumes.
+        The 95 % confidence interval of the mean, by bootstrap over volumes; None for less than five.
     n : int
         Over how many.
     """
@@ -214,18 +214,24 @@ class VolumeResult(Record):
         Those of whom some point counts.
     targets : mapping of str to float
         The published statistic of this volume alone.
-    rank : float
+    ratio_to_median : float
         What the list of the worst is sorted by: the largest ratio of a target's figure to its median over
         the volumes.
     reasons : tuple of str
         What explains it, in words: whose keypoints are swapped, whose box is turned, who stands apart.
+    mistakes : tuple of str
+        Those of the reasons that are mistakes: keypoints or links with each other's names, reversed boxes.
+    mistaken : tuple of str
+        The annotators who made them; where nobody can tell who is right, all of the volume.
     """
 
     volume: str
     annotators: tuple[str, ...]
     targets: Mapping[str, float] = {}
-    rank: float = 0.0
+    ratio_to_median: float = 0.0
     reasons: tuple[str, ...] = ()
+    mistakes: tuple[str, ...] = ()
+    mistaken: tuple[str, ...] = ()
 
 
 class TurnedBox(Record):
@@ -249,6 +255,8 @@ class Counts(Record):
     ----------
     documents, volumes, volumes_compared : int
         First passes; volumes with any; volumes with at least two annotators.
+    volumes_by_annotators : mapping of int to int
+        Of these last, how many have so many annotators; from the fewest annotators to the most.
     unfinished : int
         Documents among them that are not marked as done; they are compared.
     not_blind : int
@@ -263,6 +271,7 @@ class Counts(Record):
     documents: int = 0
     volumes: int = 0
     volumes_compared: int = 0
+    volumes_by_annotators: Mapping[int, int] = {}
     unfinished: int = 0
     not_blind: int = 0
     keypoints_counted: int = 0
@@ -283,11 +292,15 @@ class MethodResult(Figures):
         The same without points placed as occluded, out of view or unsure.
     with_not_blind : Figures or None
         The same with documents whose author had seen the others'; None where there is none.
+    without_mistakes : Figures or None
+        The same without the documents in which a mistake was recognised (`VolumeResult.mistaken`); None where
+        there is none.
     """
 
     counts: Counts = Counts()
     without_doubtful: Figures = Figures()
     with_not_blind: Figures | None = None
+    without_mistakes: Figures | None = None
     annotators: tuple[AnnotatorResult, ...] = ()
     pairs: tuple[PairResult, ...] = ()
     reliability: Mapping[str, Reliability] = {}

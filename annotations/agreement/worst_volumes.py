@@ -10,7 +10,7 @@ from annotations.agreement.compared import Compared
 from annotations.agreement.deviation import distances_from_others
 from annotations.agreement.measured import Measured
 from annotations.agreement.outlying import ROUNDING, outlying_limit
-from annotations.agreement.reasons import Reasons, of_turned_box
+from annotations.agreement.reasons import Explanation, Reasons, of_turned_box
 from annotations.agreement.results import TurnedBox, VolumeResult
 from annotations.errors import Cancelled
 from annotations.geometry.tool import ToolSpecification
@@ -43,7 +43,7 @@ def volume_results(
     cancelled : callable
         Asked now and then; if it says true, `Cancelled` is raised.
     """
-    ranks = _ranks(published, len(compared.volumes))
+    ratios = _ratios_to_median(published, len(compared.volumes))
     is_placed = np.isfinite(compared.positions_um[..., 0])
     is_there: NDArray[np.bool_] = np.any(is_placed, axis=2)
     is_shared = is_there.sum(axis=1) > 1
@@ -56,24 +56,25 @@ def volume_results(
     )
     limit_um = outlying_limit(apart_um)
     is_unusual: NDArray[np.bool_] = np.any(np.nan_to_num(apart_um) > limit_um, axis=(1, 2))
-    order = [int(row) for row in np.argsort(-ranks, kind="stable") if is_shared[row]]
+    order = [int(row) for row in np.argsort(-ratios, kind="stable") if is_shared[row]]
     explained = [row for row in order if is_unusual[row]][:_MOST_EXPLAINED]
-    reasons: dict[int, list[str]] = defaultdict(list)
+    explanations: dict[int, Explanation] = defaultdict(Explanation)
     explain = Reasons(tool, compared.method, limit_um)
     for row in explained:
         if cancelled():
             raise Cancelled
         who = np.flatnonzero(is_there[row])
         names = [compared.annotators[each] for each in who]
-        reasons[row] += explain.of_positions(names, compared.positions_um[row, who])
+        explanations[row] = explain.of_positions(names, compared.positions_um[row, who])
     row_of = {volume: row for row, volume in enumerate(compared.volumes)}
     who_of = [
         tuple(compared.annotators[each] for each in np.flatnonzero(is_there[row]))
         for row in range(len(compared.volumes))
     ]
+    turned_in: dict[int, list[str]] = defaultdict(list)
     for box in turned:
         row = row_of[box.volume]
-        reasons[row].append(of_turned_box(box, who_of[row]))
+        turned_in[row].append(of_turned_box(box, who_of[row]))
     return tuple(
         VolumeResult(
             volume=compared.volumes[row],
@@ -81,21 +82,23 @@ def volume_results(
             targets={
                 name: float(values[row]) for name, values in published.items() if np.isfinite(values[row])
             },
-            rank=float(ranks[row]),
-            reasons=tuple(reasons[row]),
+            ratio_to_median=float(ratios[row]),
+            reasons=(*explanations[row].mistakes, *explanations[row].far_off, *turned_in[row]),
+            mistakes=explanations[row].mistakes,
+            mistaken=explanations[row].mistaken,
         )
         for row in order
     )
 
 
-def _ranks(published: Mapping[str, Array], volumes: int) -> Array:
+def _ratios_to_median(published: Mapping[str, Array], volumes: int) -> Array:
     """Return for each volume the largest ratio of a target's figure to its median over the volumes, (V,)."""
-    ranks = np.zeros(volumes)
+    ratios = np.zeros(volumes)
     for values in published.values():
         known = values[np.isfinite(values)]
         if not known.size or known.max() <= ROUNDING:
             continue
         usual = float(np.median(known))
         # Where more than half agree exactly, the median is no measure of what is usual.
-        ranks = np.maximum(ranks, np.nan_to_num(values) / (usual if usual > ROUNDING else known.mean()))
-    return ranks
+        ratios = np.maximum(ratios, np.nan_to_num(values) / (usual if usual > ROUNDING else known.mean()))
+    return ratios

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from annotations.agreement.comparison import agreement_of
-from annotations.agreement.report.contents import Table
+from annotations.agreement.report.cautions import mistakes_note
+from annotations.agreement.report.contents import Note, Table
 from annotations.agreement.report.exporting import export
 from annotations.agreement.report.file_tables import counts_table, left_out_table
 from annotations.agreement.report.outline import in_words, is_anything_compared
-from annotations.agreement.report.tables import main_table
+from annotations.agreement.report.tables import main_table, main_table_without_mistakes
 from annotations.agreement.results import Agreement
 from annotations.app_folders import tool_folder
 from annotations.cli.output import complain, show_progress, write_text
@@ -58,12 +59,12 @@ def _nothing_compared(agreement: Agreement, study: Path) -> UserError:
 
 
 def _shown(agreement: Agreement) -> str:
-    tables = [counts_table(agreement), left_out_table(agreement)]
+    items: list[Table | Note | None] = [mistakes_note(agreement)]
     if agreement.targets and agreement.methods:
-        tables.insert(0, main_table(agreement))
-    return "\n\n".join(
-        [f"{agreement.title}\n{in_words(agreement)}", *(_in_lines(table) for table in tables if table)]
-    )
+        items = [main_table(agreement), *items, main_table_without_mistakes(agreement)]
+    items += [counts_table(agreement), left_out_table(agreement)]
+    shown = [item.text if isinstance(item, Note) else _in_lines(item) for item in items if item is not None]
+    return "\n\n".join([f"{agreement.title}\n{in_words(agreement)}", *shown])
 
 
 def _in_lines(table: Table) -> str:

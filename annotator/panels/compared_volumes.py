@@ -56,7 +56,12 @@ class ComparedVolumes(QAbstractTableModel):
                 lambda volume: self._label(volume.volume).casefold(),
                 is_number=False,
             ),
-            _Column("Ratio", _RATIO, lambda volume: f"× {volume.rank:.1f}", lambda volume: volume.rank),
+            _Column(
+                "Ratio",
+                _RATIO,
+                lambda volume: f"× {volume.ratio_to_median:.1f}",
+                lambda volume: volume.ratio_to_median,
+            ),
             *(_target_column(target) for target in targets),
             _Column(
                 "Annotators",

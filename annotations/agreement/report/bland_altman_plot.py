@@ -60,7 +60,7 @@ def _plot(shown: Sequence[_Compared], method: Method) -> Plot | None:
         return None
 
     def draw(figure: "Surface") -> None:
-        room = Room(gap_in=0.5, title_in=0.4)
+        room = Room(gap_in=0.5, title_in=0.4, ticks_in=0.46)
         for axes, each in zip(grid(figure, len(shown), room), shown, strict=True):
             _draw(axes, each, method)
 
@@ -68,13 +68,13 @@ def _plot(shown: Sequence[_Compared], method: Method) -> Plot | None:
         caption=f"{METHODS[method]}: Bland–Altman plots. Upwards the difference between two annotators, the "
         "first minus the second, to the right the mean of the two; a mark is a volume. The line is the "
         "bias, the dashed lines are the 95 % limits of agreement, the shaded bands their 95 % confidence "
-        "intervals. Of each component the pair with the widest limits is shown; the others are in the table "
-        "of pairs."
+        "intervals. Of each component the pair with the widest limits is shown; the next ones are in the "
+        "table of pairs."
         if len({(each.first, each.second) for each in shown}) > 1 or len(shown) == 1
         else f"{METHODS[method]}: Bland–Altman plots of {shown[0].first} minus {shown[0].second}.",
         alternative="Scatter plots of differences over means for pairs of annotators, with bias and limits; "
         "bias and limits are in the table of pairs.",
-        size_in=(WIDTH_IN, 2.1 * math.ceil(len(shown) / COLUMNS)),
+        size_in=(WIDTH_IN, 2.26 * math.ceil(len(shown) / COLUMNS)),
         draw=draw,
     )
 
@@ -95,6 +95,7 @@ def _draw(axes: "Axes", each: _Compared, method: Method) -> None:
     axes.set_title(
         f"{label_of(each.component)} ({unit})\n{_short(each.first)} − {_short(each.second)}", fontsize=FONT
     )
+    axes.set_xlabel("mean of the two", fontsize=FONT, labelpad=1)
     axes.locator_params(axis="x", nbins=2)
 
 

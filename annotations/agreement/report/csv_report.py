@@ -12,7 +12,7 @@ Row = tuple[Cell, ...]
 
 _UNITS = ("um", "deg")
 _ESTIMATE = ("mean", "sd", "ci95_low", "ci95_high", "n")
-_VARIANTS = ("main", "without_doubtful", "with_not_blind")
+_VARIANTS = ("main", "without_doubtful", "with_not_blind", "without_mistakes")
 
 FILES: dict[str, tuple[str, ...]] = {
     "targets.csv": ("method", "target", "unit", "statistic", "variant", *_ESTIMATE),
@@ -39,7 +39,17 @@ FILES: dict[str, tuple[str, ...]] = {
     ),
     "reliability.csv": ("method", "component", "icc", "ci95_low", "ci95_high", "n", "annotators"),
     "intra.csv": ("method", "annotator", "target", "unit", *_ESTIMATE),
-    "volumes.csv": ("method", "volume", "annotators", "target", "unit", "deviation", "rank", "reasons"),
+    "volumes.csv": (
+        "method",
+        "volume",
+        "annotators",
+        "target",
+        "unit",
+        "deviation",
+        "ratio_to_median",
+        "reasons",
+        "mistaken",
+    ),
     "turned_boxes.csv": ("method", "volume", "link", "annotator"),
     "counts.csv": ("method", "annotator", "what", "count"),
     "method_comparison.csv": ("target", "unit", *_ESTIMATE, "test", "p_value", "effect"),
@@ -95,9 +105,8 @@ def _figures(value: Estimate) -> Row:
 
 
 def _variants(result: MethodResult) -> Iterator[tuple[str, Figures]]:
-    for variant, figures in zip(
-        _VARIANTS, (result, result.without_doubtful, result.with_not_blind), strict=True
-    ):
+    selections = (result, result.without_doubtful, result.with_not_blind, result.without_mistakes)
+    for variant, figures in zip(_VARIANTS, selections, strict=True):
         if figures is not None:
             yield variant, figures
 
@@ -193,8 +202,9 @@ def _volumes(agreement: Agreement) -> Iterator[Row]:
                     target,
                     _unit(target),
                     volume.targets.get(target),
-                    volume.rank,
+                    volume.ratio_to_median,
                     reasons,
+                    "; ".join(volume.mistaken),
                 )
 
 
@@ -207,8 +217,10 @@ def _turned_boxes(agreement: Agreement) -> Iterator[Row]:
 
 def _counts(agreement: Agreement) -> Iterator[Row]:
     for method, result in agreement.methods.items():
-        for what, count in result.counts.model_dump().items():
+        for what, count in result.counts.model_dump(exclude={"volumes_by_annotators"}).items():
             yield (method, None, what, count)
+        for annotators, volumes in result.counts.volumes_by_annotators.items():
+            yield (method, None, f"volumes_of_{annotators}_annotators", volumes)
         for each in result.annotators:
             for what in ("documents", "done", "not_blind"):
                 yield (method, each.annotator, what, getattr(each, what))

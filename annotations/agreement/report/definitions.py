@@ -31,9 +31,9 @@ def definitions(agreement: Agreement) -> Section:
         Formula("deviation = (2 / (n (n − 1))) Σ distance(aᵢ, aⱼ)   over all pairs i < j"),
         Paragraph(
             "A figure of the study is the mean of the volumes' deviations. Because each annotator is part "
-            "of the mean of all, the published statistic understates the spread: for n annotators of equal, "
-            "isotropic noise it is √((n − 1)/n) of the deviation from the truth, the leave-one-out "
-            "statistic √(n/(n − 1)) of it, and the pairwise one √2."
+            "of the mean of all, the published statistic understates the distance from the truth, and the "
+            "other two overstate it: for n annotators of equal, isotropic noise it is √((n − 1)/n) of that "
+            "distance, the leave-one-out statistic √(n/(n − 1)) of it, and the pairwise one √2."
         ),
         Paragraph(
             "SD is the standard deviation over the volumes with n − 1 in the denominator. 95 % confidence "
@@ -41,7 +41,7 @@ def definitions(agreement: Agreement) -> Section:
             f"seed {agreement.seed}): volumes are drawn with replacement, never single annotations. They "
             "are bias-corrected and accelerated (Efron, 1987), and widened for few volumes as Student's t "
             "is (Hesterberg, 2015); beyond 200 volumes the limit of many resamples is computed instead of "
-            "drawn."
+            "drawn. Of fewer than five volumes there is no interval: resamples of so few reach too little."
         ),
         Paragraph(
             "Along and across: the difference vector v between an annotator's keypoint and the mean is "
@@ -93,6 +93,12 @@ def definitions(agreement: Agreement) -> Section:
             "those that come from a fit, a prediction, the other method or a simulation and that nobody has "
             "touched. Annotations made or reopened after their author could see other people's work are "
             "left out of the main figures."
+        ),
+        Paragraph(
+            "Annotations in which a mistake was recognised are part of the main figures; where there are "
+            "any, every figure is also given without them. Recognised are keypoints or links that carry each "
+            "other's names, and boxes with their ends exchanged. Where nobody can tell who is right, all "
+            "annotations of the volume are set aside. A box turned about its own x changes no figure."
         ),
     ]
     return Section("definitions", "Definitions and formulas", tuple(items))

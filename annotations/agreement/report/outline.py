@@ -3,8 +3,14 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 
-from annotations.agreement.report import file_tables, tables
+from annotations.agreement.report import file_tables, pair_tables, tables
 from annotations.agreement.report.bland_altman_plot import bland_altman_plot
+from annotations.agreement.report.cautions import (
+    factors_paragraph,
+    fewness_note,
+    mistakes_note,
+    unequal_numbers_note,
+)
 from annotations.agreement.report.contents import Contents, Item, Note, Paragraph, Photo, Section
 from annotations.agreement.report.definitions import definitions
 from annotations.agreement.report.labels import METHODS, counted, listed, methods_of, moment
@@ -17,8 +23,6 @@ from annotations.agreement.report.plots import (
 )
 from annotations.agreement.results import Agreement
 from annotations.documents.record import Method
-
-_FEW_VOLUMES = 10
 
 
 def outline(agreement: Agreement, thumbnails: Mapping[Method, Sequence[Photo]]) -> Contents:
@@ -99,40 +103,19 @@ def _deviation(agreement: Agreement) -> Section:
         items.append(Note(in_words(agreement)))
     if agreement.targets:
         items.append(tables.main_table(agreement))
-        items.append(tables.all_statistics_table(agreement))
-        items.append(
-            Paragraph(
-                "The deviation from the mean of all annotators is the published statistic. Each annotator "
-                "is part of that mean, so it understates the spread; the leave-one-out and the pairwise "
-                "deviation do not. Compare a network's error only with the statistic that was computed "
-                "alike."
-            )
-        )
+        items += _present(mistakes_note(agreement))
+        items += _present(tables.main_table_without_mistakes(agreement))
+        items += [tables.all_statistics_table(agreement), factors_paragraph(agreement)]
     elif agreement.tool is not None:
         items.append(
             Paragraph("The tool has no pose targets: the deviations are given for each keypoint below.")
         )
-    items += _present(_fewness(agreement))
+        items += _present(mistakes_note(agreement))
+    items += _present(unequal_numbers_note(agreement))
+    items += _present(fewness_note(agreement))
     if agreement.targets and is_anything_compared(agreement):
         items += [statistics_plot(agreement), volumes_plot(agreement), tables.spread_table(agreement)]
     return Section("deviation", "Deviation between annotators", tuple(items))
-
-
-def _fewness(agreement: Agreement) -> Note | None:
-    """Return a warning where a figure is of few volumes."""
-    numbers = [
-        statistics.published.n
-        for result in agreement.methods.values()
-        for statistics in result.targets.values()
-        if statistics.published.n
-    ]
-    if min(numbers, default=_FEW_VOLUMES) >= _FEW_VOLUMES:
-        return None
-    return Note(
-        f"Some of these figures are of {counted(min(numbers), 'volume')} only. With fewer than "
-        f"{_FEW_VOLUMES} an interval is rough, since a single unusual volume can decide it; of one volume "
-        "there is none."
-    )
 
 
 def _compared(agreement: Agreement) -> Section:
@@ -162,6 +145,14 @@ def _compared(agreement: Agreement) -> Section:
 
 def _variants(agreement: Agreement) -> Section | None:
     items = [
+        *_present(
+            tables.variant_table(
+                agreement,
+                "without_mistakes",
+                "Without annotations in which a mistake was recognised: mean over the volumes [95 % "
+                "confidence interval].",
+            )
+        ),
         *_present(
             tables.variant_table(
                 agreement,
@@ -211,10 +202,13 @@ def _keypoints(agreement: Agreement) -> Section | None:
 
 
 def _pairs(agreement: Agreement) -> Section | None:
-    items: list[Item] = [*_present(tables.reliability_table(agreement))]
+    items: list[Item] = []
+    correlations = pair_tables.reliability_table(agreement)
+    if correlations is not None:
+        items += [correlations, Paragraph(pair_tables.RELIABILITY_IN_WORDS)]
     for method in methods_of(agreement):
         items += _present(bland_altman_plot(agreement, method))
-        items += _present(tables.pairs_table(agreement, method))
+        items += _present(pair_tables.pairs_table(agreement, method))
     return Section("pairs", "Reliability and pairs of annotators", tuple(items)) if items else None
 
 

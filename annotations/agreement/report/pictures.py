@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from annotations.agreement.report.contents import Surface
 
 _DPI = 130
+_SALT = "annotations"
 
 
 def picture_bytes(
@@ -23,7 +24,13 @@ def picture_bytes(
     draw : callable
         Draws it into an empty figure.
     kind : str
+
+    Returns
+    -------
+    bytes
+        The same for the same drawing.
     """
+    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size_in)
@@ -35,5 +42,7 @@ def picture_bytes(
         if kind == "png":
             figure.savefig(stream, format="png", dpi=_DPI)
         else:
-            figure.savefig(stream, format="svg", metadata={"Date": None})
+            # Names of parts come from random numbers otherwise.
+            with rc_context({"svg.hashsalt": _SALT}):
+                figure.savefig(stream, format="svg", metadata={"Date": None})
     return stream.getvalue()

@@ -38,6 +38,17 @@ def main_table(agreement: Agreement) -> Table:
     )
 
 
+def main_table_without_mistakes(agreement: Agreement) -> Table | None:
+    """Return the same figures without recognised mistakes; None where none was recognised."""
+    return variant_table(
+        agreement,
+        "without_mistakes",
+        "Deviation from the mean of all annotators without the annotations in which a mistake was "
+        "recognised: mean over the volumes [95 % confidence interval].",
+        ("published",),
+    )
+
+
 def all_statistics_table(agreement: Agreement) -> Table:
     """Return all three statistics, targets by methods."""
     return _targets_by_methods(
@@ -73,20 +84,24 @@ def spread_table(agreement: Agreement) -> Table:
     )
 
 
-def variant_table(agreement: Agreement, variant: str, caption: str) -> Table | None:
-    """Return all three statistics of another selection of points or documents; None where there is none.
+def variant_table(
+    agreement: Agreement, variant: str, caption: str, names: Sequence[StatisticName] = tuple(STATISTICS)
+) -> Table | None:
+    """Return the statistics of another selection of points or documents; None where there is none.
 
     Parameters
     ----------
     variant : str
-        ``without_doubtful`` or ``with_not_blind``, as `MethodResult` names them.
+        ``without_mistakes``, ``without_doubtful`` or ``with_not_blind``, as `MethodResult` names them.
+    names : sequence of str
+        Which statistics.
     """
     figures: dict[Method, Figures] = {
         method: found
         for method in methods_of(agreement)
         if (found := getattr(agreement.methods[method], variant)) is not None
     }
-    return _targets_by_methods(agreement, tuple(STATISTICS), caption, figures) if figures else None
+    return _targets_by_methods(agreement, names, caption, figures) if figures else None
 
 
 def annotators_table(agreement: Agreement, method: Method) -> Table:
@@ -203,68 +218,6 @@ def keypoints_table(agreement: Agreement, method: Method) -> Table:
     )
 
 
-def pairs_table(agreement: Agreement, method: Method) -> Table | None:
-    """Return bias and limits of agreement of each pair of annotators, by component; the widest first."""
-    found = [
-        (pair, component, limits)
-        for component in agreement.components
-        for pair in sorted(
-            agreement.methods[method].pairs,
-            key=lambda pair: (
-                -((pair.components[component].sd or 0.0) if component in pair.components else 0.0)
-            ),
-        )
-        if (limits := pair.components.get(component)) is not None and limits.n
-    ]
-    if not found:
-        return None
-    rows = []
-    for pair, component, limits in found[:MOST_ROWS]:
-        unit = unit_of(component)
-        low, high = limits.limits or (None, None)
-        rows.append(
-            (
-                f"{pair.first} − {pair.second}",
-                with_unit(component),
-                f"{signed_number(limits.bias, unit)} {interval(limits.bias_ci95, unit)}".strip(),
-                number(limits.sd, unit),
-                f"{number(low, unit)} {interval(limits.low_ci95, unit)}".strip(),
-                f"{number(high, unit)} {interval(limits.high_ci95, unit)}".strip(),
-                f"{limits.n:,}",
-            )
-        )
-    return Table(
-        f"{METHODS[method]}: Bland–Altman limits of agreement of each pair, the first minus the second [95 "
-        f"% confidence intervals]; of each component the widest first{cut(len(found))}.",
-        ("Pair", "Component", "Bias", "SD", "Lower limit", "Upper limit", "n"),
-        tuple(rows),
-        words=frozenset({1}),
-    )
-
-
-def reliability_table(agreement: Agreement) -> Table | None:
-    """Return the intraclass correlations, components by methods."""
-    methods = [method for method in methods_of(agreement) if agreement.methods[method].reliability]
-    if not methods:
-        return None
-    rows = []
-    for component in agreement.components:
-        cells: list[str] = []
-        for method in methods:
-            found = agreement.methods[method].reliability.get(component)
-            ends = found.ci95 if found else None
-            shown = f" [{ratio(ends[0])}, {ratio(ends[1])}]" if ends else ""
-            cells += [ratio(found.icc if found else None) + shown, f"{found.n:,}" if found else "0"]
-        rows.append((label_of(component), *cells))
-    return Table(
-        "Intraclass correlation ICC(2,1) of each component [95 % confidence interval], and the number n of "
-        "volumes that all of the compared annotators did. It has no unit; 1 is perfect agreement.",
-        ("Component", *(column for _ in methods for column in ("ICC(2,1)", "n"))),
-        tuple(rows),
-        groups=(("", 1), *((METHODS[method], 2) for method in methods)),
-    )
-
-
 def intra_table(agreement: Agreement) -> Table | None:
     """Return how far annotators are from themselves."""
     rows = [
@@ -322,23 +275,25 @@ def volumes_table(agreement: Agreement, method: Method) -> Table | None:
     volumes = [volume for volume in agreement.methods[method].volumes if volume.targets]
     if not volumes:
         return None
-    worst = sorted(volumes, key=lambda volume: volume.rank, reverse=True)[:WORST_VOLUMES]
+    worst = sorted(volumes, key=lambda volume: volume.ratio_to_median, reverse=True)[:WORST_VOLUMES]
     rows = [
         (
             volume.volume,
             f"{len(volume.annotators)}",
+            f"{volume.ratio_to_median:.1f}",
             *(number(volume.targets.get(target), unit_of(target)) for target in agreement.targets),
             "; ".join(volume.reasons) or NOTHING,
         )
         for volume in worst
     ]
-    first = len(agreement.targets) + 2
+    reasons = len(agreement.targets) + 3
     return Table(
         f"{METHODS[method]}: the volumes on which the annotators are furthest apart, the worst first "
-        f"({len(worst)} of {counted(len(volumes), 'volume')}), with the deviation from the mean of all.",
-        ("Volume", "Annotators", *map(with_unit, agreement.targets), "Why"),
+        f"({len(worst)} of {counted(len(volumes), 'volume')}), with the deviation from the mean of all. "
+        "They are sorted by the ratio: the largest of a target's deviation to its median over the volumes.",
+        ("Volume", "Annotators", "Ratio", *map(with_unit, agreement.targets), "Why"),
         tuple(rows),
-        words=frozenset({first}),
+        words=frozenset({reasons}),
     )
 
 

@@ -66,7 +66,9 @@ def thumbnails(
         `cancelled` returned true.
     """
     volumes = [volume for volume in agreement.methods[method].volumes if volume.targets]
-    worst = sorted(volumes, key=lambda volume: volume.rank, reverse=True)[: MOST // len(agreement.methods)]
+    worst = sorted(volumes, key=lambda volume: volume.ratio_to_median, reverse=True)[
+        : MOST // len(agreement.methods)
+    ]
     pictures = []
     for done, volume in enumerate(worst):
         if cancelled():

@@ -9,6 +9,7 @@ import pytest
 from annotations.agreement.compared import Compared, Material
 from annotations.agreement.comparison import agreement_of, compare, counts
 from annotations.agreement.results import Agreement, Figures
+from annotations.documents.record import Method
 from annotations.documents.standing import STANDINGS
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool import ToolSpecification
@@ -81,6 +82,34 @@ def test_every_figure_is_given_without_points_of_doubt_too(
     assert result.keypoints["k0"].distance_um.published.n == 10
     # Two others are left in the four volumes.
     assert result.without_doubtful.keypoints["k0"].distance_um.published.n == 10
+
+
+@pytest.mark.parametrize("method", ["keypoints", "boxes"])
+def test_the_figures_are_given_without_recognised_mistakes_too(
+    noisy: Compared, material_of: Callable[..., Material], method: Method
+) -> None:
+    sound = replace(noisy, method=method)
+    swapped = replace(sound, positions_um=sound.positions_um.copy())
+    swapped.positions_um[3, 1] = swapped.positions_um[3, 1, [0, 1, 3, 2, 4, 5]]
+
+    without_any = compare(material_of(sound), resamples=RESAMPLES).methods[method]
+    result = compare(material_of(swapped), resamples=RESAMPLES).methods[method]
+
+    assert without_any.without_mistakes is None
+    assert result.volumes[0].mistaken == ("ben",)
+    assert result.without_mistakes is not None
+    assert published(result, "theta1_deg") > 5 * (published(without_any, "theta1_deg") or 0.0)
+    documents = np.ones((10, 3), dtype=bool)
+    documents[3, 1] = False
+    expected = compare(material_of(sound.only(documents)), resamples=RESAMPLES).methods[method]
+    assert result.without_mistakes == Figures(targets=expected.targets, keypoints=expected.keypoints)
+
+
+def test_volumes_are_counted_by_their_number_of_annotators(noisy: Compared) -> None:
+    noisy.positions_um[0, 1:] = np.nan
+    noisy.positions_um[1:3, 2] = np.nan
+
+    assert dict(counts(noisy).volumes_by_annotators) == {2: 2, 3: 7}
 
 
 def test_what_is_left_out_is_counted(noisy: Compared) -> None:

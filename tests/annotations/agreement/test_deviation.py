@@ -66,6 +66,19 @@ def test_two_annotators_are_half_of_their_distance_from_their_mean() -> None:
     assert (found.published[0], found.leave_one_out[0], found.pairwise[0]) == pytest.approx((2.5, 5.0, 5.0))
 
 
+@pytest.mark.parametrize("metric", ["distance", "angle", "difference"])
+def test_two_annotators_have_one_number_as_leave_one_out_and_as_pairwise_deviation(metric: Metric) -> None:
+    values = np.random.default_rng(3).normal(size=(50, 3, 1 if metric == "difference" else 3))
+    if metric == "angle":
+        values /= np.linalg.norm(values, axis=2, keepdims=True)
+    values[:40, 1] = np.nan
+
+    found = deviations(Measured("any", metric, values))
+
+    assert (found.leave_one_out[:40] == found.pairwise[:40]).all()
+    assert (found.leave_one_out[40:] != found.pairwise[40:]).any()
+
+
 def test_each_volume_has_annotators_of_its_own() -> None:
     found = deviations(
         measured(

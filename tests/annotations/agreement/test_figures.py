@@ -81,8 +81,6 @@ def test_a_study_s_figure_is_the_mean_over_its_volumes(compared_of: Callable[...
     position = figures(compared_of(needles(*rows, alone)), NEEDLE).targets["position_um"].published
 
     assert (position.mean, position.sd, position.n) == (pytest.approx(3.0), pytest.approx(math.sqrt(7)), 3)
-    assert position.ci95 is not None
-    assert 0.999 < position.ci95[0] < 3 < position.ci95[1] < 6.001
 
 
 def test_points_of_doubt_can_be_taken_out(

@@ -76,9 +76,25 @@ def test_nothing_is_said_of_no_value_and_no_interval_of_one() -> None:
     assert estimate(np.array([np.nan, 3.0])).model_dump() == {"mean": 3.0, "sd": None, "ci95": None, "n": 1}
 
 
-@pytest.mark.parametrize("number", [2, 30, 10_000])
+@pytest.mark.parametrize("number", [5, 30, 10_000])
 def test_equal_values_have_an_interval_without_width(number: int) -> None:
     assert mean_ci95(np.full(number, 0.1)) == pytest.approx((0.1, 0.1))
+
+
+@pytest.mark.parametrize(("number", "is_told"), [(2, False), (4, False), (5, True)])
+def test_fewer_than_five_values_have_no_interval(number: int, is_told: bool) -> None:
+    found = estimate(TREATED_MICE_DAYS[:number])
+    assert found.sd is not None
+    assert (found.ci95 is not None) == is_told
+
+
+@pytest.mark.parametrize("number", [5, 8, 30, 300])
+def test_values_that_differ_by_rounding_have_the_same_interval(number: int) -> None:
+    rng = np.random.default_rng(number)
+    # Whole numbers: many resamples have the mean of the values, and rounding must not tell on which side.
+    values = rng.integers(1, 9, number).astype(float)
+    rounded = values * (1 + rng.choice([-1, 1], number) * 2**-52)
+    assert mean_ci95(rounded) == pytest.approx(mean_ci95(values), rel=1e-11)
 
 
 def test_same_values_give_the_same_interval_whatever_came_before() -> None:
@@ -89,7 +105,7 @@ def test_same_values_give_the_same_interval_whatever_came_before() -> None:
     assert mean_ci95(TREATED_MICE_DAYS, seed=8) != first
 
 
-@given(arrays.arrays(np.float64, st.integers(2, 40), elements=st.floats(-1e6, 1e6)))
+@given(arrays.arrays(np.float64, st.integers(5, 40), elements=st.floats(-1e6, 1e6)))
 def test_interval_is_finite_in_order_and_within_the_values(values: np.ndarray) -> None:
     low, high = mean_ci95(values, resamples=100) or (math.nan, math.nan)
     slack = 1e-9 * np.abs(values).max()

@@ -19,7 +19,8 @@ def told(
     positions_um = STRAIGHT_UM + np.random.default_rng(0).normal(0, 20.0, (people, 6, 3))
     for who, places in changes.items():
         positions_um[who] = positions_um[who, places]
-    return Reasons(tool, method, 150.0).of_positions(PEOPLE[:people], positions_um)  # type: ignore[arg-type]
+    found = Reasons(tool, method, 150.0).of_positions(PEOPLE[:people], positions_um)  # type: ignore[arg-type]
+    return [*found.mistakes, *found.far_off]
 
 
 @pytest.mark.parametrize(
@@ -50,9 +51,11 @@ def test_box_with_its_ends_exchanged_is_reversed(forceps: ToolSpecification) -> 
 
 def test_where_nobody_can_tell_it_is_said_between_whom() -> None:
     ends_um = np.array([[0.0, 0, 0], [2000, 0, 0]])
-    (words,) = Reasons(shipped_tools()["needle"], "keypoints", 100.0).of_positions(
+    found = Reasons(shipped_tools()["needle"], "keypoints", 100.0).of_positions(
         ["anna", "ben"], np.stack([ends_um, ends_um[::-1]])
     )
+    assert found.mistaken == ("anna", "ben")
+    (words,) = found.mistakes
     assert words == (
         "tip and shaft are swapped between anna and ben; neither a majority nor the tool's lengths tell who "
         "is right"
@@ -66,7 +69,7 @@ def far_off(
     positions_um = np.tile(STRAIGHT_UM, (people, 1, 1))
     for who, point, move_um in moves:
         positions_um[who, point] += move_um
-    return Reasons(tool, "keypoints", 150.0).of_positions(PEOPLE[:people], positions_um)
+    return list(Reasons(tool, "keypoints", 150.0).of_positions(PEOPLE[:people], positions_um).far_off)
 
 
 @pytest.mark.parametrize(
@@ -105,10 +108,10 @@ def test_swap_and_error_of_one_person_are_both_told(forceps: ToolSpecification) 
     positions_um = np.tile(STRAIGHT_UM, (3, 1, 1))
     positions_um[0] = positions_um[0, [0, 1, 3, 2, 4, 5]]
     positions_um[0, 5, 1] += 700.0
-    assert Reasons(forceps, "keypoints", 150.0).of_positions(PEOPLE[:3], positions_um) == [
-        "anna: k2 and k3 are swapped",
-        "anna: k5 is 700 µm from the others, across link2",
-    ]
+    found = Reasons(forceps, "keypoints", 150.0).of_positions(PEOPLE[:3], positions_um)
+    assert found.mistakes == ("anna: k2 and k3 are swapped",)
+    assert found.mistaken == ("anna",)
+    assert found.far_off == ("anna: k5 is 700 µm from the others, across link2",)
 
 
 def test_turned_box_is_told_of_the_minority_or_of_all() -> None:

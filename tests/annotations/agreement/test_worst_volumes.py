@@ -31,13 +31,13 @@ def results(
     return volume_results(compared, tool, published, turned)
 
 
-def test_rank_is_the_largest_ratio_to_the_median(
+def test_what_a_volume_is_sorted_by_is_the_largest_ratio_to_the_median(
     compared_of: MakeCompared, forceps: ToolSpecification
 ) -> None:
     compared = compared_of(clicks_um(3, 2))
     published = {"position_um": np.array([10.0, 20.0, 40.0]), "theta1_deg": np.array([4.0, 1.0, np.nan])}
     found = volume_results(compared, forceps, published)
-    assert [(each.volume, each.rank) for each in found] == [("v2", 2.0), ("v0", 1.6), ("v1", 1.0)]
+    assert [(each.volume, each.ratio_to_median) for each in found] == [("v2", 2.0), ("v0", 1.6), ("v1", 1.0)]
     assert found[0].targets == {"position_um": 40.0}
     assert found[1].targets == {"position_um": 10.0, "theta1_deg": 4.0}
 
@@ -58,7 +58,8 @@ def test_swap_makes_a_volume_the_worst_and_is_named(
     positions_um[11, 0] = positions_um[11, 0, [0, 1, 3, 2, 4, 5]]
     worst, *others = results(compared_of(positions_um), forceps)
     assert (worst.volume, worst.reasons) == ("v11", ("anna: k2 and k3 are swapped",))
-    assert not any(each.reasons for each in others)
+    assert (worst.mistakes, worst.mistaken) == (("anna: k2 and k3 are swapped",), ("anna",))
+    assert not any(each.reasons or each.mistakes or each.mistaken for each in others)
 
 
 def test_turned_box_is_among_the_reasons(compared_of: MakeCompared, forceps: ToolSpecification) -> None:
@@ -67,11 +68,11 @@ def test_turned_box_is_among_the_reasons(compared_of: MakeCompared, forceps: Too
     assert found["v1"] == ("ben: the box of link2 is turned half about its own x",)
 
 
-def test_annotators_who_agree_exactly_have_no_rank_and_no_reason(
+def test_annotators_who_agree_exactly_have_no_ratio_and_no_reason(
     compared_of: MakeCompared, forceps: ToolSpecification
 ) -> None:
     found = results(compared_of(clicks_um(4, 3, noise_um=0.0)), forceps)
-    assert [(each.volume, each.rank, each.reasons) for each in found] == [
+    assert [(each.volume, each.ratio_to_median, each.reasons) for each in found] == [
         (f"v{row}", 0.0, ()) for row in range(4)
     ]
 
@@ -85,7 +86,7 @@ def test_what_rounding_left_makes_no_volume_worse_than_another(
         "theta2_deg": np.array([1e-14, 1e-14, 1.0]),
     }
     found = volume_results(compared_of(clicks_um(3, 2)), forceps, published)
-    assert [(each.volume, each.rank) for each in found] == [
+    assert [(each.volume, each.ratio_to_median) for each in found] == [
         ("v2", pytest.approx(3.0)),
         ("v1", pytest.approx(1.0)),
         ("v0", pytest.approx(0.5)),
@@ -99,6 +100,7 @@ def test_one_who_differs_from_exact_agreement_is_found(
     positions_um[5, 1, 3, 1] += 100.0
     worst, *_ = results(compared_of(positions_um), forceps)
     assert (worst.volume, worst.reasons) == ("v5", ("ben: k3 is 100 µm from the others, across link1",))
+    assert worst.mistaken == ()
 
 
 def test_nothing_compared_gives_nothing(compared_of: MakeCompared, forceps: ToolSpecification) -> None:

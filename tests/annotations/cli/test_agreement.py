@@ -7,7 +7,7 @@ import pytest
 
 from annotations.agreement.report import exporting
 from annotations.cli import main
-from annotations.documents.edits import place_keypoint, set_status
+from annotations.documents.edits import place_keypoint, relabel, set_status
 from annotations.documents.files import load_annotation, save_annotation
 from annotations.documents.record import changed
 from annotations.documents.study import annotation_path, load_study, save_study
@@ -39,6 +39,19 @@ def test_the_published_table_is_printed(annotated: Path, capsys: pytest.CaptureF
     assert words[words.index("Position") :][:3] == ["Position", "(µm)", "15.0"]
     assert "2 annotators; by keypoints 4 annotations of 2 volumes" in captured.out
     assert "'truth': 2 files, no point placed by a person (synthesized)" in captured.out
+
+
+def test_recognised_mistakes_are_told_below_the_table(
+    annotated: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = annotation_path(annotated, "anna", load_study(annotated).volumes[0].id, "keypoints")
+    document, identity = load_annotation(path)
+    save_annotation(relabel(document, {"k2": "k3", "k3": "k2"}), path, expected=identity)
+
+    assert main(["agreement", str(annotated)]) == 0
+
+    shown = capsys.readouterr().out
+    assert shown.index("Volumes (n)") < shown.index("Recognised mistakes: ") < shown.index("without the ann")
 
 
 def test_all_files_have_the_same_numbers(

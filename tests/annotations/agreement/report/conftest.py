@@ -95,10 +95,12 @@ class _Maker:
             keypoints=figures.keypoints,
             without_doubtful=self.figures(targets, 6),
             with_not_blind=self.figures(targets, 6),
+            without_mistakes=self.figures(targets, 6),
             counts=Counts(
                 documents=len(annotators) * self.volumes,
                 volumes=self.volumes,
                 volumes_compared=self.volumes,
+                volumes_by_annotators={len(annotators): self.volumes},
                 unfinished=1,
                 not_blind=2,
                 keypoints_counted=1234,
@@ -139,8 +141,10 @@ class _Maker:
                     volume=f"v{number}",
                     annotators=annotators,
                     targets={target: self.positive() for target in targets},
-                    rank=self.positive(),
-                    reasons=("k2 and k3 are swapped",) if number == 1 else (),
+                    ratio_to_median=self.positive(),
+                    reasons=("anna: k2 and k3 are swapped",) if number == 1 else (),
+                    mistakes=("anna: k2 and k3 are swapped",) if number == 1 else (),
+                    mistaken=annotators[:1] if number == 1 else (),
                 )
                 for number in range(self.volumes)
             ),

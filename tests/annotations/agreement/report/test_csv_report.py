@@ -37,6 +37,7 @@ def test_the_numbers_are_those_of_the_json(agreement: Agreement) -> None:
             ("main", result),
             ("without_doubtful", result["without_doubtful"]),
             ("with_not_blind", result["with_not_blind"]),
+            ("without_mistakes", result["without_mistakes"]),
         )
         for target in figures["targets"]
         for statistic in ("published", "leave_one_out", "pairwise")
@@ -84,6 +85,20 @@ def test_documents_are_counted_together_and_by_annotator(agreement: Agreement) -
     result = agreement.methods["boxes"]
     assert rows[0] == ("", str(result.counts.documents))
     assert rows[1:] == [(each.annotator, str(each.documents)) for each in result.annotators]
+
+
+def test_volumes_are_counted_by_annotators_and_say_how_unusual_they_are(agreement: Agreement) -> None:
+    rows = {
+        row["what"]: row["count"]
+        for row in rows_of(agreement, "counts.csv")
+        if row["method"] == "boxes" and not row["annotator"]
+    }
+    assert rows["volumes_of_3_annotators"] == "12"
+    assert "volumes_by_annotators" not in rows
+    volume = agreement.methods["keypoints"].volumes[1]
+    row = next(row for row in rows_of(agreement, "volumes.csv") if row["volume"] == volume.volume)
+    assert float(row["ratio_to_median"]) == volume.ratio_to_median
+    assert (row["reasons"], row["mistaken"]) == ("anna: k2 and k3 are swapped", "anna")
 
 
 def test_names_stay_as_they_are(agreement: Agreement) -> None:

@@ -64,6 +64,14 @@ def test_everything_that_was_asked_for_is_written(few: Agreement, out: Path) -> 
     assert shares[-1] == 1.0
 
 
+def test_the_same_agreement_gives_the_same_bytes(few: Agreement, out: Path) -> None:
+    for name in ("first", "second"):
+        export(few, out, html=out / f"{name}.html", pdf=out / f"{name}.pdf", json=out / f"{name}.json")
+
+    for ending in ("html", "pdf", "json"):
+        assert (out / f"first.{ending}").read_bytes() == (out / f"second.{ending}").read_bytes()
+
+
 def test_nothing_is_written_unasked(few: Agreement, out: Path) -> None:
     assert export(few, out) == ()
     assert listing(out) == []

@@ -85,6 +85,7 @@ def test_of_each_component_the_widest_pair_is_shown(agreement: Agreement) -> Non
     cells = axes_of(plot)
     assert len(cells) == len(agreement.components)
     widest = max(agreement.methods["keypoints"].pairs, key=lambda pair: pair.components["theta2_deg"].sd or 0)
+    assert {axes.get_xlabel() for axes in cells} == {"mean of the two"}
     assert cells[-1].get_title().startswith("θ2 (°)\n")
     assert cells[-1].get_title().split("\n")[1].startswith(widest.first[:10].replace("$", r"\$"))
 
