@@ -57,9 +57,10 @@ def mean_ci95(
     same but for rounding.
 
     Of less than five values there is no interval. Resamples of three or four values come to 10 or 35
-    different means, so that the interval hardly reaches beyond the values, and covers the mean in 78 % of
-    cases for three and 90 % for five. Student's t would be wide enough if the values were normal, which so
-    few cannot tell; for distances it would reach below zero.
+    different means, and no mean lies beyond the values: of lengths of isotropic normal errors the interval
+    covers the mean in 73 % of cases for three, 86 % for four, 91 % for five and 93 % for eight. Student's t
+    would be wide enough if the values were normal, which so few cannot tell, and would take distances below
+    zero.
 
     Beyond 200 volumes, nothing is drawn. Quantiles of the mean of a resample are then those of E. Cornish
     and R. Fisher's expansion in its skewness γ/√n, and the bias correction and the acceleration are both
