@@ -3,7 +3,7 @@
 from pathlib import PurePosixPath
 from typing import get_args
 
-from PySide6.QtCore import Signal, Slot
+from PySide6.QtCore import Qt, Signal, Slot
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from annotations.documents.record import Method
@@ -55,6 +55,11 @@ class AnnotationPanel(QWidget):
         row.addWidget(self._derive)
         self._origin = WrappedText(name="derived_from")
         self._origin.set_color(lambda colors: colors.muted)
+        self._read_only = WrappedText(name="read_only_text")
+        self._read_only.set_color(lambda colors: colors.warning)
+        self._try_again = named(QPushButton("Try again"), "try_again")
+        self._try_again.setToolTip("Look whether the annotation can be changed by now")
+        self._try_again.clicked.connect(session.try_again)
         self._flag = WrappedText(name="flag_text")
         self._flag.set_color(lambda colors: colors.warning)
         margin = self.fontMetrics().height() // 3
@@ -63,6 +68,8 @@ class AnnotationPanel(QWidget):
         head.addLayout(row)
         head.addWidget(self._origin)
         head.addWidget(self._flag)
+        head.addWidget(self._read_only)
+        head.addWidget(self._try_again, 0, Qt.AlignmentFlag.AlignLeft)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -72,7 +79,9 @@ class AnnotationPanel(QWidget):
         session.document_changed.connect(self._on_session_document_changed)
         session.worklist_changed.connect(self._on_session_worklist_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
+        session.save_state_changed.connect(self._on_session_save_state_changed)
         self._draw()
+        self._draw_read_only()
 
     @property
     def method(self) -> Method:
@@ -97,6 +106,10 @@ class AnnotationPanel(QWidget):
     @Slot()
     def _on_session_volume_changed(self) -> None:
         self._draw()
+
+    @Slot()
+    def _on_session_save_state_changed(self) -> None:
+        self._draw_read_only()
 
     def _draw(self) -> None:
         shown, methods = self.method, self._session.methods
@@ -138,6 +151,12 @@ class AnnotationPanel(QWidget):
             source = f"the {origin.method}" if is_blind else PurePosixPath(origin.path).name
             self._origin.setText(f"Derived from {source}{roll}")
             self._origin.setToolTip("" if is_blind else f"From the {origin.method} in {origin.path}")
+
+    def _draw_read_only(self) -> None:
+        reason = self._session.read_only_reason
+        self._read_only.setVisible(bool(reason))
+        self._read_only.setText(f"Read-only. {self._session.neutral(reason)}." if reason else "")
+        self._try_again.setVisible(self._session.may_try_again)
 
     def _draw_flag(self) -> None:
         flag = self._session.document.flag if self._session.document is not None else None

@@ -67,7 +67,7 @@ class WorklistModel(QAbstractTableModel):
             case Qt.ItemDataRole.DisplayRole:
                 return (item.label, "", _time(item))[column]
             case Qt.ItemDataRole.AccessibleTextRole:
-                named = f"{item.label}, {_WORDS[item.status]}{', open' if is_current else ''}"
+                named = f"{item.label}, {self._words(item)}{', open' if is_current else ''}"
                 return (named, _flag_words(item), _time(item))[column]
             case Qt.ItemDataRole.DecorationRole if column == VOLUME:
                 return _mark(item.status)
@@ -83,8 +83,13 @@ class WorklistModel(QAbstractTableModel):
                 return self._tool_tip(item)
         return None
 
+    def _words(self, item: WorkItem) -> str:
+        # Nobody expects annotations of their own of whoever reviews.
+        is_looked_at = item.status == "new" and self._session.worklist.is_review
+        return "for review" if is_looked_at else _WORDS[item.status]
+
     def _tool_tip(self, item: WorkItem) -> str:
-        lines = [f"{item.label}: {_WORDS[item.status]}"]
+        lines = [f"{item.label}: {self._words(item)}"]
         if not self._session.is_blind:
             lines += [str(item.volume_path), f"Annotation: {item.annotation_path}"]
         if item.flag is not None:

@@ -80,6 +80,9 @@ class WorklistPanel(QWidget):
 
         self._progress = named(QProgressBar(), "worklist_progress")
         self._progress.setAccessibleName("Volumes done")
+        # In words below it: where the bar ends they would be hard to read.
+        self._progress.setTextVisible(False)
+        self._progress.setMaximumHeight(self.fontMetrics().height() // 2)
         self._summary = WrappedText(name="worklist_summary")
         self._summary.set_color(lambda colors: colors.muted)
         open_file = named(QPushButton("Open &file…"), "worklist_open_file")
@@ -110,6 +113,8 @@ class WorklistPanel(QWidget):
         row = self._shown.mapToSource(index).row()
         if row != self._session.current_index:
             self._session.open_item(row)
+        else:
+            self._session.try_again()
 
     @Slot(int)
     def _on_kind_current_index_changed(self, _: int) -> None:
@@ -124,16 +129,20 @@ class WorklistPanel(QWidget):
         self._draw()
 
     def _draw(self) -> None:
-        items = self._session.items
-        done = sum(item.status == "done" for item in items)
+        items, worklist = self._session.items, self._session.worklist
+        is_review = worklist.is_review
+        done = worklist.consensus_done if is_review else sum(item.status == "done" for item in items)
         self._title.setText(self._session.title or "Nothing is open")
         self._progress.setVisible(bool(items))
         self._progress.setRange(0, max(len(items), 1))
         self._progress.setValue(done)
-        self._progress.setFormat(f"{done} of {len(items)} done")
-        self._progress.setToolTip(f"Volumes that are done by {self._session.method}")
+        progress = f"{'Consensus: ' if is_review else ''}{done} of {len(items)} done"
+        self._progress.setFormat(progress)
+        whose = "whose consensus is settled" if is_review else "that are done"
+        self._progress.setToolTip(f"Volumes {whose} by {self._session.method}")
         self._summary.setVisible(bool(items))
-        self._summary.setText(_summary(items, self._session.worklist.done_elsewhere))
+        work = () if is_review else _work_lines(items, worklist.done_elsewhere)
+        self._summary.setText("\n".join((progress, *work)))
         current = self._session.current_index
         if current is not None:
             index = self._shown.mapFromSource(self._model.index(current, 0))
@@ -142,18 +151,24 @@ class WorklistPanel(QWidget):
                 self._list.scrollTo(index)
 
 
-def _summary(items: Sequence[WorkItem], done_elsewhere: Mapping[Method, int]) -> str:
-    """Say what there is besides what is done, how long the work took, and how far the other method is."""
+def _work_lines(items: Sequence[WorkItem], done_elsewhere: Mapping[Method, int]) -> list[str]:
+    """Say what is left, how long the work took, what is flagged, and how far the other method is.
+
+    As many lines, and as long, whatever is done: else the list below would move under the mouse.
+    """
     left: tuple[ItemStatus, ...] = ("new", "in_progress")
     numbers = {status: sum(item.status == status for item in items) for status in left}
-    counts = [f"{number} {status_words(status)}" for status, number in numbers.items() if number]
-    flagged = sum(item.flag is not None for item in items)
-    if flagged:
-        counts.append(f"{flagged} flagged")
+    counts = [f"{number} {status_words(status)}" for status, number in numbers.items()]
     seconds = sum(item.active_seconds for item in items)
-    if seconds >= 1:
-        counts.append(f"{duration(seconds)} at work")
+    flagged = sum(item.flag is not None for item in items)
+    spent = [f"{duration(seconds)} at work", f"{flagged} flagged"]
     others = [f"By {method}: {done} of {len(items)} done" for method, done in done_elsewhere.items()]
-    # Lines are broken between the counts, not inside of them.
-    whole = (count.replace(" ", "\N{NO-BREAK SPACE}") for count in counts)
-    return "\n".join(filter(None, (" · ".join(whole), *others)))
+    return [_unbroken(counts), _unbroken(spent), *others]
+
+
+def _unbroken(counts: Sequence[str]) -> str:
+    """Return counts in one line, which is broken, if it must be, after a dot."""
+    return " ".join(
+        each.replace(" ", "\N{NO-BREAK SPACE}")
+        for each in (*(f"{count} ·" for count in counts[:-1]), counts[-1])
+    )

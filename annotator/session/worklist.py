@@ -89,6 +89,8 @@ class Worklist:
         What the study says that the items belong to.
     done_elsewhere : mapping of str to int
         How many are done by each of the study's other methods, as the files were when the list was read.
+    consensus_done : int
+        Of how many whoever only reviews has settled the consensus, or somebody else has; likewise.
     """
 
     path: Path
@@ -102,6 +104,7 @@ class Worklist:
     methods: tuple[Method, ...] = ("keypoints", "boxes")
     study: Study | None = None
     done_elsewhere: Mapping[Method, int] = field(default_factory=dict)
+    consensus_done: int = 0
 
     @property
     def is_folder(self) -> bool:
@@ -152,9 +155,18 @@ class Worklist:
             }
             done = {each: sum(item.status == "done" for item in queued) for each, queued in queues.items()}
             del done[method]
-            return replace(self, items=queues[method], method=method, done_elsewhere=done)
+            settled = self._consensus_done(method) if self.is_review else 0
+            return replace(
+                self, items=queues[method], method=method, done_elsewhere=done, consensus_done=settled
+            )
         items = [replace(item, annotation_path=_beside(item.annotation_path, method)) for item in self.items]
         return replace(self, items=_with_status(items), method=method)
+
+    def _consensus_done(self, method: Method) -> int:
+        if self.study is None:
+            return 0
+        settled = _with_status(_of_queue(self.folder, self.study, CONSENSUS, method, is_blind=False))
+        return sum(item.status == "done" for item in settled)
 
 
 def read_worklist(path: Path, annotator: str, method: Method = "keypoints") -> Worklist:

@@ -11,12 +11,15 @@ from pytestqt.qtbot import QtBot
 from annotations.documents.annotation import stamped
 from annotations.documents.edits import set_flag
 from annotations.documents.files import load_annotation, save_annotation
+from annotations.documents.locks import holder_of
 from annotations.documents.provenance import Stamps
+from annotations.documents.study import CONSENSUS, ViewingRules
 from annotations.volumes import write_sidecar
 from annotator.panels.worklist_panel import WorklistPanel
 from annotator.session import Session
+from annotator.session.options import SessionOptions
 from annotator.session.worklist import read_worklist
-from tests.annotator.blind_study import annotate, write_study
+from tests.annotator.blind_study import IDS, annotate, write_study
 from tests.annotator.conftest import open_and_wait
 
 LEFT = Qt.MouseButton.LeftButton
@@ -74,6 +77,7 @@ def test_volumes_are_listed_with_their_status(three: Session, panel: WorklistPan
     title = panel.findChild(QLabel, "worklist_title")
     assert isinstance(title, QLabel)
     assert title.text() == "recordings"
+    three.place((1.0, 2.0, 3.0))
     three.set_status("done")
     assert rows(items)[0] == ("v001.npy", "done")
     progress = panel.findChild(QProgressBar, "worklist_progress")
@@ -129,6 +133,7 @@ def test_the_filter_narrows_the_list_and_the_right_volume_opens(
 def test_the_list_can_be_filtered_by_status(
     qtbot: QtBot, three: Session, panel: WorklistPanel, items: QTreeView
 ) -> None:
+    three.place((1.0, 2.0, 3.0))
     three.set_status("done")
     field = panel.findChild(QLineEdit, "worklist_filter")
     assert isinstance(field, QLineEdit)
@@ -141,7 +146,8 @@ def test_only_changed_rows_are_redrawn(qtbot: QtBot, three: Session, items: QTre
     drawn: list[int] = []
     source.dataChanged.connect(lambda first, _last: drawn.append(first.row()))
     with qtbot.assertNotEmitted(source.modelReset):
-        three.set_status("done")
+        three.place((1.0, 2.0, 3.0))
+    three.set_status("done")
     assert set(drawn) == {0}
 
 
@@ -151,6 +157,7 @@ def test_the_marks_of_the_three_states_differ(three: Session, items: QTreeView) 
         return bytes(image.constBits())
 
     new = picture()
+    three.place((1.0, 2.0, 3.0))
     three.set_status("done")
     done = picture()
     three.set_status("in_progress")
@@ -223,7 +230,7 @@ def test_the_queue_sums_up_what_is_to_do_in_progress_done_flagged_and_how_long_i
     progress = panel.findChild(QProgressBar, "worklist_progress")
     assert isinstance(progress, QProgressBar)
     assert progress.text() == "2 of 5 done"
-    summary = "2 to do · 1 in progress · 1 flagged · 1:02:05 at work\nBy boxes: 1 of 5 done"
+    summary = "2 of 5 done\n2 to do · 1 in progress\n1:02:05 at work · 1 flagged\nBy boxes: 1 of 5 done"
     assert text_of(panel, "worklist_summary") == summary
     row = place_of(empty_session, "porcine-liver")
     model = listed(panel).model()
@@ -248,7 +255,60 @@ def test_a_flag_and_the_time_are_in_the_list_at_once(
     assert empty_session.undo_stack.count() == 1
     empty_session.undo()
     assert model.index(0, 1).data(ROLE.AccessibleTextRole) == ""
-    assert "flagged" not in text_of(panel, "worklist_summary")
+    assert "0 flagged" in text_of(panel, "worklist_summary")
+
+
+def test_the_list_stays_in_its_place_when_work_begins(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
+) -> None:
+    panel = queue_panel(qtbot, empty_session, write_study(tmp_path / "study"))
+    before = text_of(panel, "worklist_summary")
+    empty_session.place((1.0, 2.0, 3.0))
+    empty_session.set_flag("look here")
+    after = text_of(panel, "worklist_summary")
+    assert before != after
+    assert before.count("\n") == after.count("\n")
+
+
+def test_whoever_reviews_sees_every_volume_once_and_how_far_the_consensus_is(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
+) -> None:
+    folder = write_study(tmp_path / "study", viewing=ViewingRules(reviewers=("rita",)))
+    annotate(folder, CONSENSUS, "first")
+    empty_session.set_annotator_name("rita")
+    told: list[str] = []
+    empty_session.message_posted.connect(told.append)
+    panel = queue_panel(qtbot, empty_session, folder)
+    assert [label for label, _ in rows(listed(panel))] == list(IDS)
+    assert empty_session.title == "Pilot: for review"
+    assert text_of(panel, "worklist_summary") == "Consensus: 1 of 3 done"
+    assert told == ["You review this study: see Agreement and Consensus in the menu View"]
+    assert "to do" not in listed(panel).model().index(0, 0).data(ROLE.ToolTipRole)
+    # Nothing is written, not even a lock, unless something is placed.
+    assert not (folder / "annotations" / "rita").exists()
+    empty_session.place((100.0, 110.0, 120.0))
+    assert empty_session.save()
+    path = empty_session.annotation_path
+    assert path is not None
+    assert path.exists()
+    assert holder_of(path) is not None
+
+
+def test_a_second_try_at_the_same_row_opens_what_is_free_by_now(
+    qtbot: QtBot, session: Session, options: SessionOptions, volume_path: Path
+) -> None:
+    second = Session(options)
+    qtbot.addWidget(panel := WorklistPanel(second))
+    open_and_wait(qtbot, second, volume_path)
+    assert second.read_only_reason
+    session.close_volume()
+    told: list[str] = []
+    second.message_posted.connect(told.append)
+    with qtbot.waitSignal(second.volume_changed):
+        listed(panel).activated.emit(listed(panel).currentIndex())
+    assert not second.read_only_reason
+    assert told == ["It is free now: you can go on"]
+    second.shut_down()
 
 
 def test_the_list_can_be_narrowed_to_one_status_or_the_flagged_and_keeps_its_order(
