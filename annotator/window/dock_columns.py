@@ -42,6 +42,8 @@ class DockColumns(QObject):
         self._method = method
         self._shares: dict[Method, float] = {}
         self._is_arranged = False
+        self._was_narrow = False
+        self._has_moved_worklist = False
 
     def stack(self) -> None:
         """Put panels behind each other where the window is too small.
@@ -50,7 +52,8 @@ class DockColumns(QObject):
         """
         docks, window = self._docks, self._window
         line = window.fontMetrics().height()
-        if window.width() < _TWO_COLUMNS_LINES * line:
+        self._was_narrow = self._is_narrow()
+        if self._was_narrow:
             window.tabifyDockWidget(docks["display"], docks["worklist"])
             docks["pose"].raise_()
         if window.height() < _TWO_PANELS_LINES * line:
@@ -69,6 +72,25 @@ class DockColumns(QObject):
         if self._is_above_pose():
             self._share(self._asked_share(self._method))
 
+    def follow_restored(self) -> None:
+        """Put the volumes behind the pose where a layout was restored that is made for a wider window."""
+        if self._is_narrow() and self._is_on_the_left() and self._centre.width() < self._window.width() / 2:
+            self._move_worklist_behind()
+
+    def follow(self) -> None:
+        """Put the volumes behind the pose once the window is too narrow, and beside the panes once it is not.
+
+        Only when it becomes so: in between they are where the person puts them.
+        """
+        is_narrow = self._is_narrow()
+        if not self._is_arranged or is_narrow == self._was_narrow:
+            return
+        self._was_narrow = is_narrow
+        if is_narrow and self._is_on_the_left():
+            self._move_worklist_behind()
+        elif not is_narrow and self._has_moved_worklist:
+            self._move_worklist_back()
+
     def change_method(self, method: Method) -> None:
         """Make room for the panel of a method, which is shown from now on."""
         if self._is_above_pose():
@@ -82,6 +104,33 @@ class DockColumns(QObject):
         """Bring the pose to the front if it is behind another tab; where it is closed it stays so."""
         if self._docks["pose"].visibleRegion().isEmpty():
             self._docks["pose"].raise_()
+
+    def _is_narrow(self) -> bool:
+        return self._window.width() < _TWO_COLUMNS_LINES * self._window.fontMetrics().height()
+
+    def _is_on_the_left(self) -> bool:
+        dock, left = self._docks["worklist"], Qt.DockWidgetArea.LeftDockWidgetArea
+        return not (dock.isFloating() or dock.isHidden()) and self._window.dockWidgetArea(dock) == left
+
+    def _move_worklist_behind(self) -> None:
+        pose = self._docks["pose"]
+        together = [pose, *self._window.tabifiedDockWidgets(pose)]
+        in_front = [dock for dock in together if not dock.visibleRegion().isEmpty()]
+        self._window.tabifyDockWidget(pose, self._docks["worklist"])
+        self._has_moved_worklist = True
+        for dock in in_front:
+            dock.raise_()
+        if self._is_above_pose():
+            # Most windows that become narrow become lower, too.
+            QTimer.singleShot(0, self, lambda: self._share(self._asked_share(self._method)))
+
+    def _move_worklist_back(self) -> None:
+        dock, window = self._docks["worklist"], self._window
+        self._has_moved_worklist = False
+        if dock in window.tabifiedDockWidgets(self._docks["pose"]):
+            window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
+            width = round(_LEFT_WIDTH * window.width())
+            window.resizeDocks([dock], [width], Qt.Orientation.Horizontal)
 
     def _make_room(self, method: Method) -> None:
         """Give a panel the height that it had, or asks for; what is wider is as the person wants it."""

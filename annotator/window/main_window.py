@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal, Slot
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QShowEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
 
 from annotations.documents.record import Method
@@ -192,6 +192,13 @@ class MainWindow(QMainWindow):
             self._parts.keep_layout()
             if not self._settings.window_state.isEmpty():
                 self.restoreState(self._settings.window_state)
+            # Once it is laid out.
+            QTimer.singleShot(0, self, self._columns.follow_restored)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if self._is_built:
+            self._columns.follow()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)

@@ -1,7 +1,8 @@
 """The line at the window's foot: the cursor's place, the mode, the spacing, whether all is saved."""
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QSizePolicy, QStatusBar, QWidget
+from PySide6.QtCore import QEvent, QRect, Qt, Slot
+from PySide6.QtGui import QHelpEvent, QPainter, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy, QStatusBar, QStyle, QStyleOption, QToolTip, QWidget
 
 from annotations.geometry.frames import Vector, um_to_voxel
 from annotator.looks.labels import ColoredLabel, ElidedText, PickColor
@@ -11,6 +12,7 @@ from annotator.session.view import Mode, Preview, View
 
 _MESSAGE_MS = 8000
 _LONGEST_NAME_PX = 160
+_MARGIN_PX = 6
 _SETTLING = "Return keeps {0}, a click from another angle settles its depth, Esc drops it"
 _BASE_PROPOSED = (
     "Return or a click on the tip keeps the base of {0}, a click from another angle settles its depth, "
@@ -43,6 +45,8 @@ class StatusLine(QStatusBar):
         self.setObjectName("status_line")
         self._session = session
         self._is_spacing_unknown = False
+        self._is_message_long = False
+        self._beside: list[QWidget] = []
         self._hint = ElidedText("")
         self._hint.setObjectName("status_hint")
         self._hint.setAccessibleName("What the next click does")
@@ -52,6 +56,7 @@ class StatusLine(QStatusBar):
         self._mode = self._label("status_mode", "Mode", elided=False)
         self._saved = self._label("status_saved", "Whether the annotation is saved", elided=False)
         self._annotator = self._label("status_annotator", "Who annotates")
+        self.messageChanged.connect(self._on_message_changed)
         session.message_posted.connect(self._on_session_message_posted)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -59,6 +64,35 @@ class StatusLine(QStatusBar):
         session.worklist_changed.connect(self._on_session_worklist_changed)
         session.save_state_changed.connect(self._on_session_save_state_changed)
         self._draw_all()
+
+    def event(self, event: QEvent) -> bool:
+        if (
+            isinstance(event, QHelpEvent)
+            and self.currentMessage()
+            and self._message_area().contains(event.pos())
+        ):
+            QToolTip.showText(event.globalPos(), self.currentMessage(), self)
+            return True
+        return super().event(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw as Qt does, but a message that is too long with an ellipsis in place of its end."""
+        message = self.currentMessage()
+        area = self._message_area()
+        shown = self.fontMetrics().elidedText(message, Qt.TextElideMode.ElideRight, area.width())
+        if shown == message:
+            super().paintEvent(event)
+            return
+        painter, option = QPainter(self), QStyleOption()
+        option.initFrom(self)
+        self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
+        painter.setPen(self.palette().windowText().color())
+        painter.drawText(area, Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextSingleLine, shown)
+
+    def _message_area(self) -> QRect:
+        beside = [label.x() for label in self._beside if label.isVisible()]
+        right = min(beside, default=self.width())
+        return QRect(_MARGIN_PX, 0, max(right - 2 * _MARGIN_PX, 0), self.height())
 
     def show_cursor(self, position_um: Vector | None, intensity: str) -> None:
         """Show what is under the cursor; None where it is over no slice."""
@@ -83,6 +117,7 @@ class StatusLine(QStatusBar):
         label.setAccessibleName(accessible_name)
         label.setContentsMargins(6, 0, 6, 0)
         self.addPermanentWidget(label)
+        self._beside.append(label)
         return label
 
     def _draw_all(self) -> None:
@@ -148,7 +183,7 @@ class StatusLine(QStatusBar):
 
     def _draw_spacing(self) -> None:
         spacing_um = self._session.spacing_um
-        self._spacing.setVisible(spacing_um is not None)
+        self._spacing.setVisible(spacing_um is not None and not self._is_message_long)
         if spacing_um is not None:
             numbers = " × ".join(f"{value:.6g}" for value in spacing_um)
             unknown = self._is_spacing_unknown
@@ -175,6 +210,16 @@ class StatusLine(QStatusBar):
             else f"{name} annotates; the settings in the menu Edit change who does"
         )
         _paint(self._annotator, lambda colors: colors.muted)
+
+    @Slot(str)
+    def _on_message_changed(self, message: str) -> None:
+        """Give a long message the room of what can wait until it is gone."""
+        room = self.width() // 2 - 2 * _MARGIN_PX
+        is_long = self.fontMetrics().horizontalAdvance(message) > room
+        if is_long != self._is_message_long:
+            self._is_message_long = is_long
+            self._cursor.setVisible(not is_long)
+            self._draw_spacing()
 
     def _on_session_message_posted(self, message: str) -> None:
         self.showMessage(message, _MESSAGE_MS)

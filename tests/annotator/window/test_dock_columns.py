@@ -129,3 +129,24 @@ def test_large_text_makes_no_window_wider_than_a_small_screen(
     panel = window.findChild(QWidget, "annotation_panel")
     assert isinstance(panel, QWidget)
     assert panel.mapTo(window, panel.rect().bottomRight()).x() < window.width()
+
+
+def test_a_window_that_becomes_narrow_leaves_the_panes_more_than_half_of_it(
+    qtbot: QtBot, open_window: Callable[[int, int], MainWindow]
+) -> None:
+    window = open_window(1600, 1000)
+    beside = dock(window, "worklist")
+    assert window.dockWidgetArea(beside) == Qt.DockWidgetArea.LeftDockWidgetArea
+    window.resize(1024, 700)
+    qtbot.waitUntil(lambda: window.four_up.width() > 1024 / 2)
+    assert not dock(window, "pose").visibleRegion().isEmpty()
+    window.resize(1600, 1000)
+    qtbot.waitUntil(lambda: window.dockWidgetArea(beside) == Qt.DockWidgetArea.LeftDockWidgetArea)
+
+
+def test_a_layout_of_a_wide_window_leaves_the_panes_of_a_narrow_one_their_room(
+    qtbot: QtBot, open_window: Callable[[int, int], MainWindow], settings: Settings
+) -> None:
+    settings.window_state = open_window(1600, 1000).saveState()
+    window = open_window(1024, 700)
+    qtbot.waitUntil(lambda: window.four_up.width() > 1024 / 2)
