@@ -29,7 +29,7 @@ class IdentityDialog(QDialog):
         for person in known:
             self._add(f"{person} ({self._part_of(person)})", person)
         self._add(f"Somebody else: {name}", name)
-        self._people.currentItemChanged.connect(self._on_people_current_item_changed)
+        self._people.itemSelectionChanged.connect(self._on_people_item_selection_changed)
         self._people.itemActivated.connect(self._on_people_item_activated)
         self._words = WrappedText(name="identity_words")
         buttons = QDialogButtonBox(
@@ -53,18 +53,20 @@ class IdentityDialog(QDialog):
         self._people.setMinimumHeight(letter.height() * 2 * min(len(known) + 2, _MOST_LINES) * 2 // 3)
         self.resize(letter.averageCharWidth() * 64, self.sizeHint().height() + 3 * letter.height())
         likely = likely_name(name, tuple(known))
-        self._people.setCurrentRow(-1 if likely is None else list(known).index(likely))
+        if likely is not None:
+            self._people.setCurrentRow(list(known).index(likely))
         self._people.setFocus()
         self._draw()
 
     @property
     def person(self) -> str | None:
         """Who was chosen; None as long as nobody is."""
-        item = self._people.currentItem()
-        return item.data(_PERSON) if item is not None else None
+        # With the focus the list makes its first item the current one, which nobody has chosen.
+        chosen = self._people.selectedItems()
+        return chosen[0].data(_PERSON) if chosen else None
 
     @Slot()
-    def _on_people_current_item_changed(self) -> None:
+    def _on_people_item_selection_changed(self) -> None:
         self._draw()
 
     @Slot()

@@ -1,5 +1,6 @@
 """Two windows, and two computers, on one document: one changes it, the other one says whose it is."""
 
+import errno
 import json
 import os
 import platform
@@ -7,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pytestqt.qtbot import QtBot
@@ -18,7 +20,7 @@ from annotations.documents.locks import STALE_S, TAKEOVER_LOG, LockHolder, holde
 from annotations.documents.record import changed
 from annotations.documents.recovery import find_recoveries
 from annotations.documents.study import Study, StudyVolume, ViewingRules, annotation_path, save_study
-from annotator.session import Session
+from annotator.session import Session, locking
 from annotator.session.options import SessionOptions
 
 HERE_UM = (100.0, 110.0, 120.0)
@@ -201,6 +203,69 @@ class TestSecondWindow:
         own = holder_of(path_of(other))
         assert own is not None
         assert own.person == "bob"
+
+
+class TestUnwritableFolder:
+    @pytest.fixture
+    def unwritable(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Let nothing be written, as where a folder is somebody else's."""
+
+        def refuse(self: Path, *_args: object, **_kwargs: object) -> None:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self))
+
+        real_open = Path.open
+
+        def open_to_read(self: Path, mode: str = "r", *args: Any, **kwargs: Any) -> Any:
+            return refuse(self) if "x" in mode else real_open(self, mode, *args, **kwargs)
+
+        monkeypatch.setattr(Path, "open", open_to_read)
+
+    def test_it_is_said_on_opening_and_nothing_can_be_placed(self, window, unwritable):
+        session = window()
+        assert session.read_only_reason == "This folder cannot be written"
+        session.place(HERE_UM)
+        assert not positions_of(session)
+        assert not session.unsaved
+
+    def test_once_it_can_be_written_a_second_try_goes_on(self, qtbot, window, unwritable, monkeypatch):
+        session = window()
+        assert session.may_try_again
+        monkeypatch.undo()
+        with qtbot.waitSignal(session.volume_changed):
+            session.try_again()
+        assert not session.read_only_reason
+
+
+class TestWaiting:
+    def test_what_is_closed_elsewhere_can_be_changed_without_a_wish(
+        self, qtbot, session, window, monkeypatch
+    ):
+        session.place(HERE_UM)
+        monkeypatch.setattr(locking, "_LOOK_AGAIN_S", 0.05)
+        second = window()
+        assert second.read_only_reason
+        told: list[str] = []
+        second.message_posted.connect(told.append)
+        assert session.close_volume()
+        qtbot.waitUntil(lambda: not second.read_only_reason)
+        qtbot.waitUntil(lambda: bool(told))
+        assert told == ["It is free now: you can go on"]
+        assert list(positions_of(second).values()) == [HERE_UM]
+
+    def test_unsaved_edits_of_what_was_taken_over_are_still_there_when_it_is_free(self, qtbot, session):
+        session.place(HERE_UM)
+        session.save()
+        session.place(THERE_UM)
+        lock_elsewhere(path_of(session), age_s=0)
+        session._locks.check()
+        assert session.read_only_reason
+        session.try_again()
+        assert session.read_only_reason
+        lock_path(path_of(session)).unlink()
+        session.try_again()
+        assert not session.read_only_reason
+        assert len(positions_of(session)) == 2
+        assert session.save()
 
 
 class TestAnotherComputer:
