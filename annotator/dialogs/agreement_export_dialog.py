@@ -1,8 +1,10 @@
 """Which forms of the report on the annotators' agreement are written, and where."""
 
+import os
+from datetime import datetime
 from pathlib import Path
 
-from PySide6.QtCore import Slot
+from PySide6.QtCore import Signal, Slot
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
@@ -28,13 +30,32 @@ _FORMS = (
 _NOTHING_CHOSEN = "Choose at least one form."
 _NO_FOLDER = "Name the folder in which the report is to be."
 _NOT_ABSOLUTE = "Name the whole path of the folder."
+_STALE = "Annotations have changed since these figures were computed."
+_NOT_WRITABLE = "You may not write there: choose another folder."
 _IN_THE_WAY = "There is a file of that name: choose another folder."
 
 
 class AgreementExportDialog(QDialog):
-    """Asks for the report's forms and its folder; writes nothing itself."""
+    """Asks for the report's forms and its folder; writes nothing itself.
 
-    def __init__(self, folder: Path, parent: QWidget | None = None) -> None:
+    Parameters
+    ----------
+    folder : Path
+        Where the report is offered to be.
+    computed_at : datetime or None
+        When the figures were computed, where annotations have changed since.
+
+    Signals
+    -------
+    compute_requested
+        The figures are to be computed again, and nothing is to be written now.
+    """
+
+    compute_requested = Signal()
+
+    def __init__(
+        self, folder: Path, parent: QWidget | None = None, *, computed_at: datetime | None = None
+    ) -> None:
         super().__init__(parent)
         self.setObjectName("agreement_export_dialog")
         self.setWindowTitle("Export the agreement")
@@ -52,13 +73,20 @@ class AgreementExportDialog(QDialog):
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
         self._ok = named(buttons.button(QDialogButtonBox.StandardButton.Ok), "agreement_export_ok")
-        self._ok.setText("Export")
+        self._ok.setText("Export" if computed_at is None else f"Export as of {computed_at:%H:%M}")
+        self._stale = WrappedText(_STALE, name="agreement_export_stale")
+        self._stale.set_color(lambda colors: colors.warning)
+        self._stale.setVisible(computed_at is not None)
+        if computed_at is not None:
+            again = buttons.addButton("Compute &again", QDialogButtonBox.ButtonRole.ActionRole)
+            named(again, "agreement_export_again").clicked.connect(self._on_again_clicked)
         named(buttons.button(QDialogButtonBox.StandardButton.Cancel), "agreement_export_cancel")
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
 
         layout = QVBoxLayout(self)
         layout.addWidget(Heading("Write the report"))
+        layout.addWidget(self._stale)
         self._boxes: dict[str, QCheckBox] = {}
         for form, title, name, explanation in _FORMS:
             box = named(QCheckBox(title), f"agreement_export_{form}", tooltip=explanation)
@@ -92,6 +120,11 @@ class AgreementExportDialog(QDialog):
         return Formats(**{form: box.isChecked() for form, box in self._boxes.items()})
 
     @Slot()
+    def _on_again_clicked(self) -> None:
+        self.reject()
+        self.compute_requested.emit()
+
+    @Slot()
     def _on_choose_clicked(self) -> None:
         chosen = QFileDialog.getExistingDirectory(self, "Folder of the report", str(self.folder.parent))
         if chosen:
@@ -119,4 +152,7 @@ class AgreementExportDialog(QDialog):
             return _NO_FOLDER
         if not self.folder.is_absolute():
             return _NOT_ABSOLUTE
-        return _IN_THE_WAY if self.folder.is_file() else ""
+        there = next(each for each in (self.folder, *self.folder.parents) if each.exists())
+        if not there.is_dir():
+            return _IN_THE_WAY
+        return "" if os.access(there, os.W_OK | os.X_OK) else _NOT_WRITABLE

@@ -1,6 +1,9 @@
 """How far apart the annotators are: the table first, then the volumes, the annotators and the plots."""
 
-from PySide6.QtCore import QModelIndex, QSortFilterProxyModel, Qt, QTimer, Signal, Slot
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QModelIndex, QSortFilterProxyModel, Qt, QTimer, Signal, Slot
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
@@ -22,8 +25,8 @@ from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.panels.agreement_plots import AgreementPlots
 from annotator.panels.compared_annotators import ComparedAnnotators
-from annotator.panels.compared_volumes import RANK_COLUMN, SORT_ROLE, ComparedVolumes
-from annotator.panels.deviation_table import VARIANTS, DeviationTable
+from annotator.panels.compared_volumes import RANK_COLUMN, SORT_ROLE, WHY_COLUMN, ComparedVolumes
+from annotator.panels.deviation_table import LEGEND, MEANINGS, VARIANTS, DeviationTable
 from annotator.session import Session
 from annotator.session.view import View
 
@@ -31,10 +34,12 @@ _INVITATION = "Compares what everybody has annotated here, in micrometres and de
 _COMPUTING = "Comparing the annotators…"
 _NOT_BY_METHOD = "Nothing was annotated by {} yet"
 _LOOKING = "Looking anyway is written into your annotation"
+_MISTAKES_NAMED = 3
+_WHY_LETTERS = 34
 
 
 class AgreementPanel(QWidget):
-    """Compares the annotators on demand; a click on a volume opens it with everybody's work over it.
+    """Compares the annotators on demand; Enter on a volume opens it with everybody's work over it.
 
     Signals
     -------
@@ -50,6 +55,7 @@ class AgreementPanel(QWidget):
         self._drawn: Agreement | None = None
         self._listed: object = None
         self._to_show: int | None = None
+        self._goes_to_worst = False
         self.setObjectName("agreement_panel")
         self.setAccessibleName("Agreement of the annotators")
         self._state = WrappedText(name="agreement_state")
@@ -75,24 +81,40 @@ class AgreementPanel(QWidget):
         layout.addWidget(self._tabs, 1)
         layout.addStretch()
         session.agreeing.changed.connect(self._draw)
-        session.others.changed.connect(self._draw)
+        session.others.changed.connect(self._on_others_changed)
         session.seeing.permission_changed.connect(self._draw)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
         self._draw()
 
+    def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.WindowActivate:
+            self._session.agreeing.look_for_changes()
+        return super().event(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._session.agreeing.look_for_changes()
+
     def _make_figures(self) -> QWidget:
         self._statistic = named(QComboBox(), "agreement_statistic", title="Statistic")
         for statistic, title in STATISTICS.items():
             self._statistic.addItem(title, statistic)
+            self._statistic.setItemData(
+                self._statistic.count() - 1, MEANINGS[statistic], Qt.ItemDataRole.ToolTipRole
+            )
         self._variant = named(QComboBox(), "agreement_variant", title="Of what")
         for variant, (title, _) in VARIANTS.items():
             self._variant.addItem(title, variant)
+        self._variant.setToolTip("Of which annotations and points the figures are")
         for choice in (self._statistic, self._variant):
             # Its longest entry must not keep the panel wide.
             choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
             choice.currentIndexChanged.connect(self._on_choice_current_index_changed)
         self._table = DeviationTable()
+        self._legend = WrappedText(name="agreement_legend")
+        self._mistakes = WrappedText(name="agreement_mistakes")
+        self._mistakes.set_color(lambda colors: colors.warning)
         self._counts = WrappedText(name="agreement_counts")
         self._counts.set_color(lambda colors: colors.muted)
         choices = QWidget()
@@ -101,7 +123,9 @@ class AgreementPanel(QWidget):
         form.addRow("&Statistic", self._statistic)
         form.addRow("&Of", self._variant)
         # In a low window the figures scroll, rather than make it taller than its screen.
-        return scrolling_column([choices, self._table, self._counts], "agreement_figures")
+        return scrolling_column(
+            [choices, self._table, self._legend, self._mistakes, self._counts], "agreement_figures"
+        )
 
     def _make_volumes(self) -> QWidget:
         self._volumes = ComparedVolumes(self._session.agreeing.volume_label, self)
@@ -116,8 +140,8 @@ class AgreementPanel(QWidget):
         self._list.setSortingEnabled(True)
         self._list.sortByColumn(RANK_COLUMN, Qt.SortOrder.DescendingOrder)
         self._list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self._list.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self._list.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        self._list.clicked.connect(self._on_list_activated)
         self._list.activated.connect(self._on_list_activated)
         self._by = WrappedText(name="agreement_volumes_by")
         self._by.set_color(lambda colors: colors.muted)
@@ -170,10 +194,11 @@ class AgreementPanel(QWidget):
     def _on_list_activated(self, index: QModelIndex) -> None:
         volume = self._volumes.volume(self._sorted.mapToSource(index).row())
         place = self._session.agreeing.index_of(volume)
+        self._goes_to_worst = place is not None
         if place is None:
             self._session.post_message(f"{volume} is not among the volumes that are open")
         elif place == self._session.current_index:
-            self._session.others.want()
+            self._show_worst()
         else:
             # Only once it is open: what is open now is not to be shown with them on the way.
             self._to_show = place
@@ -183,9 +208,26 @@ class AgreementPanel(QWidget):
     def _on_session_volume_changed(self) -> None:
         if self._session.volume is not None and self._session.current_index == self._to_show:
             # After every view has drawn the new volume.
-            QTimer.singleShot(0, self, self._session.others.want)
+            QTimer.singleShot(0, self, self._show_worst)
+        else:
+            self._goes_to_worst = False
         self._to_show = None
         self._draw()
+
+    @Slot()
+    def _on_others_changed(self) -> None:
+        self._draw()
+        if self._goes_to_worst and self._session.others.shown:
+            self._show_worst()
+
+    @Slot()
+    def _show_worst(self) -> None:
+        """Show everybody over the open volume, and go to where they disagree most once they are there."""
+        self._session.others.want()
+        worst = self._session.others.worst()
+        if worst is not None:
+            self._goes_to_worst = False
+            self._session.activate(worst, jump=True)
 
     def _on_session_view_changed(self, before: View, after: View) -> None:
         if before.layers != after.layers:
@@ -209,8 +251,20 @@ class AgreementPanel(QWidget):
         self._draw_overlay()
         if result is not self._drawn:
             self._drawn = result
+            self._offer_variants()
             self._draw_table()
         self._draw_volumes()
+
+    def _offer_variants(self) -> None:
+        """Offer to leave recognised mistakes out only where there are any."""
+        has_any = self._drawn is not None and any(
+            each.without_mistakes is not None for each in self._drawn.methods.values()
+        )
+        place = self._variant.findData("without_mistakes")
+        if has_any and place < 0:
+            self._variant.addItem(VARIANTS["without_mistakes"][0], "without_mistakes")
+        elif not has_any and place >= 0:
+            self._variant.removeItem(place)
 
     def _draw_state(self) -> None:
         agreeing = self._session.agreeing
@@ -223,16 +277,23 @@ class AgreementPanel(QWidget):
         elif at is None:
             text = _INVITATION
         else:
-            is_worth_a_look = agreeing.is_stale
-            text = f"Computed at {at:%H:%M}{', before your last edit' if agreeing.is_stale else ''}."
+            is_worth_a_look = agreeing.is_stale or agreeing.has_changed_files
+            edited = ", before your last edit" if agreeing.is_stale else ""
+            others = " Annotations have changed since: compute again." if agreeing.has_changed_files else ""
+            text = f"Computed at {at:%H:%M}{edited}.{others}"
         self._state.setText(text)
         self._state.set_color((lambda colors: colors.warning) if is_worth_a_look else None)
 
     def _draw_table(self) -> None:
         if self._drawn is None:
             return
-        variant = self._variant.currentData()
-        self._table.show_result(self._drawn, self._statistic.currentData(), variant)
+        variant, statistic = self._variant.currentData(), self._statistic.currentData()
+        self._statistic.setToolTip(MEANINGS[statistic])
+        self._legend.setText(f"{MEANINGS[statistic]}. {LEGEND}")
+        mistakes = _mistakes(self._drawn, self._session.agreeing.volume_label)
+        self._mistakes.setText(mistakes)
+        self._mistakes.setVisible(bool(mistakes))
+        self._table.show_result(self._drawn, statistic, variant)
         self._counts.setText(_counts(self._drawn))
 
     def _draw_volumes(self) -> None:
@@ -244,9 +305,15 @@ class AgreementPanel(QWidget):
             self._volumes.show_volumes(
                 figures.volumes if figures is not None else (), result.targets if result else ()
             )
+            if figures is not None:
+                # Its words can be long, and are whole in the tooltip.
+                header = self._list.header()
+                header.setSectionResizeMode(WHY_COLUMN, QHeaderView.ResizeMode.Interactive)
+                header.resizeSection(WHY_COLUMN, self.fontMetrics().averageCharWidth() * _WHY_LETTERS)
         words = METHODS[method].lower()
         self._by.setText(
-            f"By {words}. A click opens a volume with everybody over it."
+            f"{STATISTICS['published']} of each volume, by {words}. Enter or a double click opens it with "
+            "everybody over it."
             if figures is not None
             else f"{_NOT_BY_METHOD.format(words)}."
         )
@@ -262,6 +329,18 @@ class AgreementPanel(QWidget):
         self._reason.setText(f"{reason}. {_LOOKING}." if may_look else f"{reason}." if reason else "")
         self._reason.setVisible(bool(reason) and session.volume is not None)
         self._look.setVisible(may_look)
+
+
+def _mistakes(result: Agreement, label: Callable[[str], str]) -> str:
+    """Name the mistakes that were recognised in the worst volumes, a line for each."""
+    found = [
+        f"{label(volume.volume)}: {mistake}"
+        for method in methods_of(result)
+        for volume in sorted(result.methods[method].volumes, key=lambda each: -each.ratio_to_median)
+        for mistake in volume.mistakes
+    ]
+    more = len(found) - _MISTAKES_NAMED
+    return "\n".join([*found[:_MISTAKES_NAMED], *([f"and {more} more: see Volumes"] if more > 0 else [])])
 
 
 def _counts(result: Agreement) -> str:

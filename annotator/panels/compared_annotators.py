@@ -14,6 +14,13 @@ from annotator.session import Session
 _NO_BIAS = "none to be seen"
 _NOT_HERE = "Has no annotation of the open volume by this method, or it is not shown"
 _SHOWN = "Ticked: drawn over the open volume"
+_HEADERS = (
+    "Who is drawn in which colour and form, here, in the volume and in the report",
+    "Leave-one-out deviation: mean distance from the mean of the others",
+    "Signed mean difference from the mean of the others, where its interval does not hold zero",
+    "Annotations that the figures are of",
+    "Mean time at work on a volume",
+)
 _NAME_ROLE = Qt.ItemDataRole.UserRole
 
 
@@ -57,8 +64,10 @@ class ComparedAnnotators(QTreeWidget):
         self._rows = []
         unit = f" / {unit_of(target)}" if target is not None else ""
         self.setHeaderLabels(
-            ["Annotator", *([f"Deviation{unit}", "Bias", "Volumes", "Time"] if compared else [])]
+            ["Annotator", *([f"From the others{unit}", "Bias", "Volumes", "Time"] if compared else [])]
         )
+        for column, words in enumerate(_HEADERS):
+            self.headerItem().setToolTip(column, words)
         self.setColumnCount(5 if compared else 1)
         for name, number_of_all in sorted(numbers.items(), key=lambda each: each[1]):
             row = QTreeWidgetItem([name, *(_cells(compared[name], target) if name in compared else ())])
@@ -66,7 +75,7 @@ class ComparedAnnotators(QTreeWidget):
             row.setIcon(0, annotator_swatch(number_of_all))
             if name in compared:
                 row.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-                row.setToolTip(1, "Mean distance from the mean of the others")
+                row.setToolTip(1, "Leave-one-out deviation: mean distance from the mean of the others")
                 row.setToolTip(2, _biases_in_full(compared[name]))
             self._rows.append(row)
         self.addTopLevelItems(self._rows)

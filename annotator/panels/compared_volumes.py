@@ -12,10 +12,11 @@ from annotations.agreement.results import VolumeResult
 
 Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE = Qt.ItemDataRole.UserRole + 1
-RANK_COLUMN = 1
+WHY_COLUMN, RANK_COLUMN = 1, 2
 _ROOT = QModelIndex()
 _RATIO = (
-    "The largest ratio of a target's deviation to its median over the volumes: what the worst are found by"
+    "How many times the median volume's deviation this one's is, in the target in which it is most: what the "
+    "worst are found by"
 )
 
 
@@ -29,7 +30,7 @@ class _Column:
 
 
 class ComparedVolumes(QAbstractTableModel):
-    """Volumes by one method: name, ratio to the median, figures by target, annotators, reasons.
+    """Volumes by one method: name, reasons, ratio to the median, figures by target, annotators.
 
     Parameters
     ----------
@@ -51,13 +52,20 @@ class ComparedVolumes(QAbstractTableModel):
         self._columns = (
             _Column(
                 "Volume",
-                "A click opens it, with all annotators over it",
+                "Enter or a double click opens it, with all annotators over it",
                 lambda volume: self._label(volume.volume),
                 lambda volume: self._label(volume.volume).casefold(),
                 is_number=False,
             ),
             _Column(
-                "Ratio",
+                "Why",
+                "What explains it",
+                lambda volume: "; ".join(volume.reasons),
+                lambda volume: "; ".join(volume.reasons),
+                is_number=False,
+            ),
+            _Column(
+                "× median",
                 _RATIO,
                 lambda volume: f"× {volume.ratio_to_median:.1f}",
                 lambda volume: volume.ratio_to_median,
@@ -68,13 +76,6 @@ class ComparedVolumes(QAbstractTableModel):
                 "Who annotated it",
                 lambda volume: ", ".join(volume.annotators),
                 lambda volume: len(volume.annotators),
-                is_number=False,
-            ),
-            _Column(
-                "Why",
-                "What explains it",
-                lambda volume: "; ".join(volume.reasons),
-                lambda volume: "; ".join(volume.reasons),
                 is_number=False,
             ),
         )
@@ -104,9 +105,14 @@ class ComparedVolumes(QAbstractTableModel):
         if orientation != Qt.Orientation.Horizontal or section >= len(self._columns):
             return None
         column = self._columns[section]
-        return {Qt.ItemDataRole.DisplayRole: column.title, Qt.ItemDataRole.ToolTipRole: column.tooltip}.get(
-            Qt.ItemDataRole(role)
-        )
+        return {
+            Qt.ItemDataRole.DisplayRole: column.title,
+            Qt.ItemDataRole.ToolTipRole: column.tooltip,
+            # The worst first.
+            Qt.ItemDataRole.InitialSortOrderRole: (
+                Qt.SortOrder.DescendingOrder if column.is_number else Qt.SortOrder.AscendingOrder
+            ),
+        }.get(Qt.ItemDataRole(role))
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():

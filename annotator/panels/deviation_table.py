@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHeaderView, QWidget
+from PySide6.QtWidgets import QHeaderView, QTableWidgetItem, QWidget
 
 from annotations.agreement.report.labels import (
     METHODS,
@@ -30,8 +30,18 @@ VARIANTS: dict[str, tuple[str, Callable[[MethodResult], Figures | None]]] = {
     "all": ("All that was annotated blindly", lambda result: result),
     "without_doubtful": ("Without unseen and unsure points", lambda result: result.without_doubtful),
     "with_not_blind": ("With work that was not blind", lambda result: result.with_not_blind or result),
+    "without_mistakes": ("Without recognised mistakes", lambda result: result.without_mistakes or result),
 }
 """What the figures can be of, in words, and which of a method's figures those are."""
+
+MEANINGS: dict[StatisticName, str] = {
+    "published": "How far annotators are from the mean of all of a volume: the published statistic",
+    "leave_one_out": "How far each annotator is from the mean of the others, without the own share in it",
+    "pairwise": "How far two annotators of a volume are apart, over all pairs",
+}
+"""What each statistic says of the volumes."""
+
+LEGEND = "[…]: 95 % confidence interval, from five volumes on. n: volumes with at least two annotators."
 
 
 class DeviationTable(ReadOnlyTable):
@@ -49,8 +59,14 @@ class DeviationTable(ReadOnlyTable):
         methods = methods_of(result)
         self.setRowCount(len(result.targets))
         self.setColumnCount(len(methods))
-        self.setHorizontalHeaderLabels([METHODS[method] for method in methods])
-        self.setVerticalHeaderLabels([with_unit(target) for target in result.targets])
+        for column, method in enumerate(methods):
+            header = QTableWidgetItem(METHODS[method])
+            header.setToolTip(f"Annotated by {METHODS[method].lower()}: mean over volumes, and its interval")
+            self.setHorizontalHeaderItem(column, header)
+        for row, target in enumerate(result.targets):
+            header = QTableWidgetItem(with_unit(target))
+            header.setToolTip(f"{label_of(target)} of the tool. {MEANINGS[statistic]}")
+            self.setVerticalHeaderItem(row, header)
         for column, method in enumerate(methods):
             figures = VARIANTS[variant][1](result.methods[method]) or Figures()
             for row, target in enumerate(result.targets):

@@ -1,5 +1,6 @@
 """The session's agreement: how far apart the annotators of the open study or folder are, and its report."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -351,7 +352,12 @@ def _places_of(ids: Mapping[str, str], items: tuple[WorkItem, ...]) -> Mapping[s
     first_passes = {
         name.volume_id: place for place, name in enumerate(names) if name is not None and not name.repeat
     }
-    return {volume: first_passes[known] for volume, known in ids.items() if known in first_passes}
+    # Beside loose volumes a list may call them otherwise than the files that were compared do.
+    loose = [(item.volume_path.name.split(".")[0], place) for place, item in enumerate(items)]
+    often = Counter(name for name, _ in loose)
+    by_name = {name: at for name, at in loose if often[name] == 1 and items[at].volume_id is None}
+    places = {volume: first_passes.get(known, by_name.get(known)) for volume, known in ids.items()}
+    return {volume: place for volume, place in places.items() if place is not None}
 
 
 def _what(document: Annotation) -> tuple[object, ...]:

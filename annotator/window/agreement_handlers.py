@@ -33,14 +33,26 @@ class AgreementHandlers:
         return {"compute_agreement": self._compute, "export_agreement": self.export}
 
     def export(self) -> None:
-        """Ask which forms of the report are wanted, and where; then write it."""
-        from annotator.dialogs.agreement_export_dialog import AgreementExportDialog  # late: few export
+        """Ask which forms of the report are wanted, and where; then write it.
 
+        Before that the annotations are looked at: the dialog says so where the figures are not of them.
+        """
         agreeing = self._session.agreeing
         if agreeing.result is None or agreeing.folder is None or agreeing.export_refusal:
             self._session.post_message(agreeing.export_refusal or _NOT_COMPUTED)
             return
-        dialog = AgreementExportDialog(agreeing.folder / _REPORT_FOLDER, self._window)
+        agreeing.look_for_changes(self._ask_for_forms)
+
+    def _ask_for_forms(self) -> None:
+        from annotator.dialogs.agreement_export_dialog import AgreementExportDialog  # late: few export
+
+        agreeing = self._session.agreeing
+        if agreeing.folder is None:
+            return
+        is_old = agreeing.is_stale or agreeing.has_changed_files
+        at = agreeing.computed_at if is_old else None
+        dialog = AgreementExportDialog(agreeing.folder / _REPORT_FOLDER, self._window, computed_at=at)
+        dialog.compute_requested.connect(self._compute)
         dialog.accepted.connect(lambda: agreeing.export(dialog.folder, dialog.formats))
         self._questions.show(dialog)
 

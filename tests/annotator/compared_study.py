@@ -32,7 +32,7 @@ POSE = ToolPose(
 
 def offset_um(annotators: Sequence[str], annotator: str, volume_id: str) -> Vector:
     """Return by how much all that somebody placed is off: more on the worst volume."""
-    step_um = 400.0 if volume_id == WORST else 30.0 + 5.0 * IDS.index(volume_id)
+    step_um = 400.0 if volume_id == WORST else 25.0 + 5.0 * int(volume_id[1:])
     return (step_um * annotators.index(annotator), 0.0, -step_um * annotators.index(annotator))
 
 
@@ -48,12 +48,13 @@ def write_compared(
     methods: tuple[Method, ...] = ("keypoints",),
     viewing: ViewingRules | None = None,
     blind: bool = False,
+    ids: Sequence[str] = IDS,
 ) -> Path:
     """Write a study in which every volume is done by all of its annotators."""
     (folder / "volumes").mkdir(parents=True)
-    for number, volume_id in enumerate(IDS):
+    for number, volume_id in enumerate(ids):
         write_sidecar(write_volume(folder / f"volumes/{volume_id}.npy", seed=number), ROOMY_UM, 2)
-    volumes = tuple(StudyVolume(id=each, path=f"volumes/{each}.npy", spacing_um=ROOMY_UM) for each in IDS)
+    volumes = tuple(StudyVolume(id=each, path=f"volumes/{each}.npy", spacing_um=ROOMY_UM) for each in ids)
     study = Study(
         title="Pilot",
         tool=TOOL.name,
@@ -64,7 +65,7 @@ def write_compared(
         blind=blind,
     )
     save_study(study, folder)
-    for volume_id in IDS:
+    for volume_id in ids:
         for annotator in annotators:
             for method in methods:
                 annotate(folder, annotators, annotator, volume_id, method)

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import tempfile
 import uuid
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -64,6 +65,9 @@ def export(
     SaveError
         A file could not be written; what stood there before is untouched.
     """
+    for path in (html, csv, json, pdf):
+        if path is not None:
+            _check_writable(path)
     if csv is not None:
         _check_replaceable(csv)
     files: dict[Path, bytes] = {}
@@ -100,6 +104,16 @@ def _between(progress: Callable[[float], None], low: float, high: float) -> Call
 
 def _part(progress: Callable[[float], None], whole: float, place: int, count: int) -> Callable[[float], None]:
     return _between(progress, whole * place / count, whole * (place + 1) / count)
+
+
+def _check_writable(path: Path) -> None:
+    """Refuse a place in which nothing can be written, before half a minute is spent on pictures."""
+    above = next(each for each in path.absolute().parents if each.exists())
+    try:
+        with tempfile.TemporaryFile(dir=above):
+            pass
+    except OSError as error:
+        raise _not_written(path, error) from error
 
 
 def _check_replaceable(folder: Path) -> None:

@@ -1,5 +1,6 @@
 """Which forms of the report are written, and where: nothing is written by the dialog itself."""
 
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -96,3 +97,26 @@ def test_what_would_be_replaced_is_named(dialog: AgreementExportDialog, tmp_path
 
     box(dialog, "html").setChecked(False)
     assert "Replaces what is there: agreement.json." in said(dialog)
+
+
+def test_a_folder_in_which_nothing_can_be_written_is_noticed_at_once(
+    dialog: AgreementExportDialog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.access", lambda path, _mode: Path(path) != tmp_path)
+    name_folder(dialog, str(tmp_path / "new" / "report"))
+    assert not ok(dialog).isEnabled()
+    assert "You may not write there: choose another folder." in said(dialog)
+
+
+def test_figures_of_annotations_that_changed_since_are_called_so(qtbot: QtBot, tmp_path: Path) -> None:
+    computed_at = datetime(2026, 11, 28, 10, 30, tzinfo=UTC)
+    dialog = AgreementExportDialog(tmp_path, computed_at=computed_at)
+    qtbot.addWidget(dialog)
+    dialog.show()
+    assert "Annotations have changed since these figures were computed." in said(dialog)
+    assert ok(dialog).text() == "Export as of 10:30"
+    again = dialog.findChild(QPushButton, "agreement_export_again")
+    assert again is not None
+    with qtbot.waitSignal(dialog.compute_requested):
+        again.click()
+    assert dialog.result() == AgreementExportDialog.DialogCode.Rejected

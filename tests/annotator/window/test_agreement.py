@@ -74,12 +74,14 @@ def test_from_the_figures_to_the_worst_volume_and_the_report(
     rita, person = ritas.session, person_at(ritas)
     compute(qtbot, ritas)
 
-    # The worst volume stands first; a click opens it with everybody over it.
+    # The worst volume stands first; a double click opens it with everybody over it.
     tabs, view = panel.findChild(QTabWidget), panel.findChild(QTreeView, "agreement_volumes")
     assert tabs is not None
     assert view is not None
     tabs.setCurrentIndex(1)
-    qtbot.mouseClick(view.viewport(), LEFT, pos=QPoint(view.visualRect(view.model().index(0, 0)).center()))
+    at = QPoint(view.visualRect(view.model().index(0, 0)).center())
+    qtbot.mouseClick(view.viewport(), LEFT, pos=at)
+    qtbot.mouseDClick(view.viewport(), LEFT, pos=at)
     qtbot.waitUntil(lambda: len(rita.others.drawn) == 3)
     assert rita.current_index == IDS.index(WORST)
     qtbot.waitUntil(lambda: all(each.is_sharp for each in ritas.slices))

@@ -218,3 +218,19 @@ def test_all_is_made_before_anything_is_written(
         export(few, out, html=out / "r.html", csv=out / "tables", json=out / "r.json", pdf=out / "r.pdf")
 
     assert listing(out) == []
+
+
+def test_where_nothing_can_be_written_it_is_said_before_anything_is_drawn(
+    few: Agreement, out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(**_where: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    def draw(*_args: object) -> None:
+        pytest.fail("something was drawn")
+
+    monkeypatch.setattr(exporting.tempfile, "TemporaryFile", refuse)
+    monkeypatch.setattr(exporting, "thumbnails", draw)
+    with pytest.raises(SaveError, match="Permission denied"):
+        export(few, out, html=out / "new" / "r.html")
+    assert listing(out) == []
