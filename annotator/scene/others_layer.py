@@ -28,8 +28,8 @@ from annotator.session.differences import Difference
 from annotator.session.others import OtherAnnotation
 
 _MARK_PX = 4 * MARK_RADIUS_PX
-# Layers under one's own keypoints and their names, which count from 0.
-_MARKS_BELOW, _LABELS_BELOW = -1000, 0
+# Under one's own keypoints and their names, which count from 0.
+_BENEATH = -1
 
 Place = tuple[float, float]
 Mark = tuple[OtherAnnotation, str, Place]
@@ -45,8 +45,8 @@ class OthersLayer:
     def __init__(self, renderer: vtk.vtkRenderer) -> None:
         self._edges = Segments(width_px=1.5)
         self._lines = Segments(width_px=2)
-        self._marks = _Pictures(renderer, _MARKS_BELOW)
-        self._labels = _Pictures(renderer, _LABELS_BELOW)
+        self._marks = _Pictures(renderer)
+        self._labels = _Pictures(renderer)
         self._shown: Look | None = None
 
     @property
@@ -70,20 +70,26 @@ class OthersLayer:
         self._edges.show(_box_edges(others), picture.ratio)
         self._lines.show(_difference_lines(lines), picture.ratio)
         marks = list(_marks(others, picture))
-        self._marks.show([_drawn_mark(mark, picture) for mark in marks], picture)
-        self._labels.show(list(_drawn_labels(marks, font, picture, unnamed)), picture)
+        is_anew = self._marks.show([_drawn_mark(mark, picture) for mark in marks], picture)
+        self._labels.show(list(_drawn_labels(marks, font, picture, unnamed)), picture, raised=is_anew)
 
 
 class _Pictures:
     """Sprites that are painted only where no other one shows the same already: most of the time they move."""
 
-    def __init__(self, renderer: vtk.vtkRenderer, below: int) -> None:
+    def __init__(self, renderer: vtk.vtkRenderer) -> None:
         self._renderer = renderer
-        self._below = below
         self._sprites: list[tuple[Hashable, Sprite]] = []
 
-    def show(self, wanted: Sequence[Drawn], picture: Picture) -> None:
-        """Show these pictures and no others."""
+    def show(self, wanted: Sequence[Drawn], picture: Picture, *, raised: bool = False) -> bool:
+        """Show these pictures and no others, each above those before it; say whether any came to the top.
+
+        Parameters
+        ----------
+        raised : bool
+            Whether they come above all others of their layer.
+        """
+        before = [sprite for _, sprite in self._sprites]
         left: dict[Hashable, list[Sprite]] = {}
         for key, sprite in self._sprites:
             left.setdefault(key, []).append(sprite)
@@ -95,14 +101,20 @@ class _Pictures:
             if same is None:
                 sprite.paint(paint())
             sprite.place(left_px, top_px, picture.height_px)
-            # Where they overlap, the same one is above, whichever sprites are taken again.
-            sprite.actor.SetLayerNumber(self._below - len(wanted) + len(self._sprites))
             self._sprites.append((key, sprite))
         for sprite in spare:
             self._renderer.RemoveViewProp(sprite.actor)
+        present = [sprite for _, sprite in self._sprites]
+        is_anew = raised or present != before[: len(present)]
+        if is_anew:
+            for sprite in present:
+                self._renderer.RemoveViewProp(sprite.actor)
+                self._renderer.AddViewProp(sprite.actor)
+        return is_anew
 
     def _added(self) -> Sprite:
         sprite = Sprite()
+        sprite.actor.SetLayerNumber(_BENEATH)
         self._renderer.AddViewProp(sprite.actor)
         return sprite
 

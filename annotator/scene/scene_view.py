@@ -64,6 +64,7 @@ class SceneView(QWidget):
         self._fitted: Camera | None = None
         self._parallel = True
         self._seen: object = None
+        self._is_close_up = False
         self._volume_key: object = None
         self._at_rest = False
         self._rest = QTimer(self)
@@ -139,12 +140,14 @@ class SceneView(QWidget):
         if (camera := self._preset(name)) is not None:
             self._set_camera(camera)
             self._fitted = camera
+            self._is_close_up = False
 
     def zoom_to_fit(self) -> None:
         """See the whole volume from where the camera looks now."""
         if (box_um := self._box_um()) is not None and self._camera is not None:
             self._fitted = fitted(self._camera, *box_um, self._aspect)
             self._set_camera(self._fitted)
+            self._is_close_up = False
 
     def zoom_to_part(self, name: str) -> None:
         """See the whole of a link's box, or a keypoint from near; does nothing where it has no place."""
@@ -156,6 +159,7 @@ class SceneView(QWidget):
         reach_um = np.abs(box.axes) @ box.size_um / 2
         low_um, high_um = box.center_um - reach_um, box.center_um + reach_um
         self._set_camera(fitted(self._camera, low_um, high_um, self._aspect))
+        self._is_close_up = True
 
     def zoom_to_keypoint(self, name: str) -> None:
         """See a keypoint or a link's box in the middle and from near; does nothing where it has no place."""
@@ -163,6 +167,7 @@ class SceneView(QWidget):
         if position_um is not None and self._camera is not None:
             near_um = min(self._camera.height_um, _CLOSE_UP * self._camera.scope_um)
             self._set_camera(aimed(self._camera, position_um, near_um))
+            self._is_close_up = True
 
     @property
     def is_parallel(self) -> bool:
@@ -300,7 +305,10 @@ class SceneView(QWidget):
         sight = self._sight()
         # From one volume of a study to the next the camera stays.
         if sight is not None and sight != self._seen:
-            self._camera = None
+            self._camera, self._is_close_up = None, False
+        elif sight is not None and self._is_close_up:
+            # Where a part of the last volume was, there may be nothing in this one.
+            self.zoom_to_fit()
         self._redraw()
 
     @Slot()

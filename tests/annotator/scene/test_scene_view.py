@@ -252,6 +252,22 @@ def test_the_camera_stays_from_one_volume_to_an_equal_one(scene, volume_path: Pa
         assert (scene.view.camera == camera) == stays
 
 
+def test_a_close_up_of_a_part_ends_with_its_volume(scene, volume_path: Path) -> None:
+    other = volume_path.with_name("v002.npy")
+    np.save(other, np.load(volume_path)[::-1].copy())
+    sidecar = volume_path.with_name("v001.npy.volume.toml").read_text()
+    other.with_name("v002.npy.volume.toml").write_text(sidecar)
+    whole_um = scene.view.camera.height_um
+    scene.session.place((100.0, 150.0, 60.0), keypoint="k0")
+    scene.view.zoom_to_keypoint("k0")
+    assert scene.view.camera.height_um < whole_um
+    scene.session.open_path(other)
+    scene.qtbot.waitUntil(
+        lambda: scene.session.volume is not None and scene.session.volume.path.name == other.name
+    )
+    assert scene.view.camera.height_um == pytest.approx(whole_um)
+
+
 def test_without_a_volume_there_is_only_the_ground(scene) -> None:
     assert scene.session.close_volume()
     pixels = scene.pixels()
