@@ -24,6 +24,8 @@ When = Literal[
     "todo",
     "study",
     "reviewer",
+    "report",
+    "training",
     "settling",
     "jobs",
 ]

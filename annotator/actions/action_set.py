@@ -44,6 +44,7 @@ class ActionSet(QObject):
         self._after = after
         self._drawn: ActionState | None = None
         self._actions = {entry.name: self._make(entry, handlers[entry.name]) for entry in ACTIONS}
+        self._tooltips = {name: action.toolTip() for name, action in self._actions.items()}
 
     def __getitem__(self, name: str) -> QAction:
         return self._actions[name]
@@ -90,6 +91,9 @@ class ActionSet(QObject):
         for entry in ACTIONS:
             is_refused = state.is_read_only and changes_document(entry)
             self._actions[entry.name].setEnabled(entry.when in state.met and not is_refused)
+        reasons = dict(state.reasons)
+        for name, tooltip in self._tooltips.items():
+            self._actions[name].setToolTip(f"{tooltip}\n{reasons[name]}" if name in reasons else tooltip)
         for name, text in state.texts:
             self._actions[name].setText(text.replace("&", "&&"))
             self._actions[name].setVisible(bool(text))

@@ -25,19 +25,35 @@ class ActionState:
         Names of actions and what they are called now; an empty text hides the action.
     is_read_only : bool
         Whether no action may change the document.
+    reasons : tuple of (str, str)
+        Names of actions that are not for this person, and why, without a full stop.
     """
 
     met: frozenset[When]
     checked: frozenset[str]
     texts: tuple[tuple[str, str], ...]
     is_read_only: bool = False
+    reasons: tuple[tuple[str, str], ...] = ()
 
 
 def state_of(session: Session, recent_paths: tuple[Path, ...]) -> ActionState:
     """Return how the actions look now, as far as the session decides it."""
     texts = (*_keypoint_texts(session), *_undo_texts(session), *_recent_texts(recent_paths))
     met, checked = frozenset(_met(session)), frozenset(_checked(session))
-    return ActionState(met, checked, texts, is_read_only=bool(session.read_only_reason))
+    return ActionState(
+        met,
+        checked,
+        texts,
+        is_read_only=bool(session.read_only_reason),
+        reasons=tuple((name, reason) for name, reason in _reasons(session) if reason),
+    )
+
+
+def _reasons(session: Session) -> Iterator[tuple[str, str]]:
+    yield "export_agreement", session.agreeing.export_refusal
+    yield "export_targets", session.exporting.refusal
+    yield "rank_volumes", session.settling.reason
+    yield "settle_consensus", session.settling.reason
 
 
 def _active(session: Session) -> Part | None:
@@ -74,6 +90,10 @@ def _met(session: Session) -> Iterator[When]:
         yield "study"
     if session.items and not session.settling.reason:
         yield "reviewer"
+    if not session.agreeing.export_refusal:
+        yield "report"
+    if not session.exporting.refusal:
+        yield "training"
     if session.settling.is_settling:
         yield "settling"
     if session.jobs.running:

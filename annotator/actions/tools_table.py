@@ -59,6 +59,7 @@ TOOLS_ACTIONS: tuple[Action, ...] = (
         "Tools",
         ("Ctrl+Alt+E",),
         "Write the report on the agreement into files: HTML, PDF, CSV, JSON.",
+        "report",
     ),
     Action(
         "rank_volumes",
@@ -99,7 +100,7 @@ TOOLS_ACTIONS: tuple[Action, ...] = (
         "Tools",
         ("Ctrl+Alt+T",),
         "Write the targets of the study's volumes into one file, for training networks.",
-        "study",
+        "training",
     ),
     Action(
         "check_study",

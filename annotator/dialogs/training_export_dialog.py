@@ -58,7 +58,7 @@ class TrainingExportDialog(QDialog):
         self.setSizeGripEnabled(True)
         self._path = named(QLineEdit(str(folder / "targets.h5")), "training_export_path", title="File")
         self._path.setMinimumWidth(self.fontMetrics().averageCharWidth() * 50)
-        self._path.textChanged.connect(self._draw)
+        self._path.textChanged.connect(self._on_path_text_changed)
         choose = named(QPushButton("&Choose…"), "training_export_choose")
         choose.clicked.connect(self._on_choose_clicked)
         self._method = named(QComboBox(), "training_export_method", title="Method")
@@ -82,8 +82,8 @@ class TrainingExportDialog(QDialog):
         self._seed.setToolTip("The same seed splits the same volumes alike")
         self._problem = WrappedText(name="training_export_problem")
         self._problem.set_color(lambda colors: colors.error)
-        self._replaced = WrappedText(name="training_export_replaced")
-        self._replaced.set_color(lambda colors: colors.warning)
+        self._replaced = named(QCheckBox(), "training_export_replaced")
+        self._replaced.toggled.connect(self._draw)
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
@@ -110,7 +110,7 @@ class TrainingExportDialog(QDialog):
             every_annotation=self._every.isChecked(),
             include_unfinished=self._unfinished.isChecked(),
             rule=SplitRule((train, validation, test), self._seed.value()),
-            overwrite=self.path.exists(),
+            overwrite=self._replaced.isChecked(),
         )
 
     def _lay_out(self, choose: QPushButton, buttons: QDialogButtonBox) -> None:
@@ -164,14 +164,21 @@ class TrainingExportDialog(QDialog):
             self._path.setText(chosen)
 
     @Slot()
+    def _on_path_text_changed(self) -> None:
+        # Of each file it is to be said anew.
+        self._replaced.setChecked(False)
+        self._draw()
+
+    @Slot()
     def _draw(self) -> None:
         problem = self._problem_now()
         self._problem.setText(problem)
         self._problem.setVisible(bool(problem))
         is_there = not problem and self.path.exists()
-        self._replaced.setText(f"Replaces {self.path.name}, if that is a training file.")
+        name = self.path.name.replace("&", "&&")
+        self._replaced.setText(f"&Replace {name}, if that is a training file")
         self._replaced.setVisible(is_there)
-        self._ok.setEnabled(not problem)
+        self._ok.setEnabled(not problem and (self._replaced.isChecked() or not is_there))
 
     def _problem_now(self) -> str:
         percent = sum(share.value() for share in self._shares)

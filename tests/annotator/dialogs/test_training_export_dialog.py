@@ -8,7 +8,16 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QPlainTextEdit, QPushButton, QSpinBox, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QLabel,
+    QLineEdit,
+    QPlainTextEdit,
+    QPushButton,
+    QSpinBox,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from annotations.documents.study import ViewingRules, load_study
@@ -131,8 +140,16 @@ def test_a_file_that_is_there_is_replaced_only_after_it_was_said(
     assert not dialog.options.overwrite
     (folder / "old.csv").write_text("old")
     type_path(dialog, folder / "old.csv")
-    assert child(dialog, QLabel, "export_replaced").isVisible()
+    replace_it = child(dialog, QCheckBox, "export_replaced")
+    assert replace_it.isVisible()
+    # One Return replaces nothing.
+    assert not child(dialog, QPushButton, "export_ok").isEnabled()
+    assert not dialog.options.overwrite
+    replace_it.setChecked(True)
+    assert child(dialog, QPushButton, "export_ok").isEnabled()
     assert dialog.options.overwrite
+    type_path(dialog, folder / "other.csv")
+    assert not dialog.options.overwrite
 
 
 def test_the_session_writes_the_file_and_says_what_is_in_it(

@@ -143,10 +143,11 @@ def test_an_annotator_has_none_of_it(
     annotator = person_at(window)
     for name in ("settle_consensus", "propose_consensus", "rank_volumes", "leave_consensus"):
         assert not annotator.action(name).isEnabled()
-    said: list[str] = []
-    empty_session.message_posted.connect(said.append)
-    annotator.action("export_targets").trigger()
-    assert said == ["Training files of this study are exported by its reviewers"]
+    for name in ("export_targets", "export_agreement"):
+        action = annotator.action(name)
+        assert not action.isEnabled()
+        # The tooltip says why.
+        assert "reviewers" in action.toolTip() or "your own work" in action.toolTip()
     assert not annotator.has_dialog()
     annotator.action("panel_consensus").trigger()
     reason = window.findChild(QWidget, "consensus_reason")
