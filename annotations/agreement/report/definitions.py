@@ -98,7 +98,8 @@ def definitions(agreement: Agreement) -> Section:
             "Annotations in which a mistake was recognised are part of the main figures; where there are "
             "any, every figure is also given without them. Recognised are keypoints or links that carry each "
             "other's names, and boxes with their ends exchanged. Where nobody can tell who is right, all "
-            "annotations of the volume are set aside. A box turned about its own x changes no figure."
+            "annotations of the volume are set aside. Such a volume then has fewer annotators. A box turned "
+            "about its own x changes no figure."
         ),
     ]
     return Section("definitions", "Definitions and formulas", tuple(items))
