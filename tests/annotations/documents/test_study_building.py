@@ -272,6 +272,17 @@ def test_a_study_that_somebody_else_has_changed_is_not_replaced(tmp_path: Path) 
     assert load_study(tmp_path) == refused.value.present == changed
 
 
+def test_where_a_study_was_moved_away_nothing_is_made_anew(tmp_path: Path) -> None:
+    mine = study_with(1)
+    folder = tmp_path / "study"
+    folder.mkdir()
+    save_study(mine, folder)
+    folder.rename(tmp_path / "moved")
+    with pytest.raises(StudyError):
+        replace_study(mine, folder, expected=mine)
+    assert not folder.exists()
+
+
 def test_a_study_inside_another_one_is_refused(folder: Path) -> None:
     create_study(study_of_folder(folder, "needle"), folder, NEEDLE)
     with pytest.raises(StudyError, match="lie inside the study “Phantom series”"):

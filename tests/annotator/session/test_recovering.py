@@ -135,6 +135,20 @@ def test_a_file_that_changed_since_the_crash_is_not_overwritten(
     assert path.read_bytes() == theirs
 
 
+def test_it_is_said_that_undo_takes_all_that_came_back(
+    qtbot: QtBot, session: Session, options: SessionOptions
+) -> None:
+    lost = die_with_edits(session)
+    told: list[str] = []
+    session.message_posted.connect(told.append)
+    recover_and_wait(qtbot, session, only_recovery(options))
+    assert told[-1] == "2 edits came back as one step: Undo takes all of it away, Redo brings it back"
+    session.undo()
+    session.redo()
+    assert session.document is not None
+    assert session.document.keypoints == lost.keypoints
+
+
 def test_the_old_journal_stays_where_the_new_one_cannot_be_written(
     qtbot: QtBot, session: Session, options: SessionOptions, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -99,6 +99,11 @@ def test_snapping_by_key(qtbot, person, session):
 
 def test_done_and_back(person, session):
     person.press(Qt.Key.Key_D, CONTROL)
+    assert session.document.status == "in_progress"
+    assert "Nothing is placed. Flag the volume to say why" in person.window.status.currentMessage()
+    assert not person.action("mark_done").isChecked()
+    session.place(A_UM)
+    person.press(Qt.Key.Key_D, CONTROL)
     assert session.document.status == "done"
     person.press(Qt.Key.Key_D, CONTROL)
     assert session.document.status == "in_progress"

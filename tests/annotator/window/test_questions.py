@@ -8,15 +8,17 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QLabel, QLineEdit
+from PySide6.QtWidgets import QLabel, QLineEdit, QListWidget
 
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.volumes import read_sidecar, write_sidecar
 from annotator.dialogs.dataset_dialog import DatasetDialog
 from annotator.dialogs.error_dialog import ErrorDialog
+from annotator.dialogs.identity_dialog import IdentityDialog
 from annotator.dialogs.spacing_dialog import SpacingDialog
 from annotator.session import Session, volume_opener
+from tests.annotator.blind_study import write_study
 
 
 @pytest.fixture
@@ -105,6 +107,36 @@ class TestDataset:
         visitor.window.open_path(path)
         visitor.click(visitor.dialog(DatasetDialog), "dataset_cancel")
         assert empty_session.volume is None
+
+
+class TestIdentity:
+    @pytest.fixture
+    def study(self, visitor, empty_session, tmp_path):
+        """A blind study of anna and ben, opened as Anna."""
+        folder = write_study(tmp_path / "study")
+        empty_session.set_annotator_name("Anna")
+        visitor.window.open_path(folder)
+        return folder
+
+    def test_a_misspelt_name_is_put_right_and_kept(self, qtbot, visitor, empty_session, settings, study):
+        visitor.click(visitor.dialog(IdentityDialog), "identity_ok")
+        qtbot.waitUntil(lambda: empty_session.volume is not None)
+        assert empty_session.annotator_name == settings.annotator_name == "anna"
+        assert empty_session.is_blind
+        assert "Volume 1" in visitor.window.windowTitle()
+
+    def test_somebody_else_goes_on_under_the_name_that_is_set(self, qtbot, visitor, empty_session, study):
+        dialog = visitor.dialog(IdentityDialog)
+        dialog.findChild(QListWidget, "identity_people").setCurrentRow(2)
+        visitor.click(dialog, "identity_ok")
+        qtbot.waitUntil(lambda: empty_session.volume is not None)
+        assert empty_session.annotator_name == "Anna"
+
+    def test_no_answer_opens_nothing(self, qtbot, visitor, empty_session, study):
+        visitor.click(visitor.dialog(IdentityDialog), "identity_cancel")
+        assert empty_session.volume is None
+        assert not empty_session.items
+        assert not (study / "annotations").exists()
 
 
 class TestBadInput:

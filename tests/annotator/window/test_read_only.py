@@ -85,6 +85,17 @@ def test_it_can_be_changed_once_it_is_closed_elsewhere_and_opened_again(
     assert read_only.action("mark_done").isEnabled()
 
 
+def test_the_reason_lasts_beside_the_keypoints_with_a_way_to_try_again(
+    qtbot, read_only, session, first_window
+):
+    assert session.read_only_reason in text_of(read_only, "read_only_text")
+    first_window.close_volume()
+    with qtbot.waitSignal(session.volume_changed):
+        read_only.click(read_only.window, "try_again")
+    assert text_of(read_only, "read_only_text") == ""
+    assert read_only.window.status.currentMessage() == "It is free now: you can go on"
+
+
 def lock_elsewhere(session: Session, age_s: float) -> None:
     path = lock_path(session.annotation_path)
     said = json.loads(path.read_text(encoding="utf-8"))

@@ -1,6 +1,7 @@
 import pytest
-from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QApplication, QLabel, QWidget
+from PySide6.QtCore import QEvent, QPoint
+from PySide6.QtGui import QColor, QHelpEvent, QPalette
+from PySide6.QtWidgets import QApplication, QLabel, QToolTip, QWidget
 
 from annotations.fitting.refine import Refinement
 from annotations.volumes import Ray
@@ -95,6 +96,7 @@ def test_no_message_outlives_the_proposal_or_the_document_that_it_is_about(qtbot
     session.accept_refinement()
     assert line.currentMessage() == ""
     session.set_mode("navigate")
+    session.set_flag("look here")
     session.set_status("done")
     assert line.currentMessage().startswith("Done")
     with_boxes(qtbot, session)
@@ -105,6 +107,24 @@ def test_message_shows(line, session):
     session.activate("k0")
     session.snap("edge")
     assert "Place a keypoint" in line.currentMessage()
+
+
+def test_a_message_that_is_too_long_is_cut_with_an_ellipsis_and_whole_on_hover(line, monkeypatch):
+    hovered: list[str] = []
+    monkeypatch.setattr(QToolTip, "showText", lambda _place, words, _widget: hovered.append(words))
+    line.resize(500, line.height())
+    line.showMessage("Short")
+    short = line.grab().toImage()
+    assert line.findChild(QLabel, "status_spacing").isVisible()
+    words = "It is open elsewhere and the half that matters comes late in what is said of it: " * 3
+    line.showMessage(words)
+    assert not line.findChild(QLabel, "status_spacing").isVisible()
+    assert line.grab().toImage() != short
+    place = QPoint(20, line.height() // 2)
+    QApplication.sendEvent(line, QHelpEvent(QEvent.Type.ToolTip, place, line.mapToGlobal(place)))
+    assert hovered == [words]
+    line.clearMessage()
+    assert line.findChild(QLabel, "status_spacing").isVisible()
 
 
 def test_spacing_and_its_origin(line, session):

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QLabel, QLineEdit, QPlainTextEdit, QT
 from pytestqt.qtbot import QtBot
 
 from annotations.documents import study_building
-from annotations.documents.study import STUDY_FILE, load_study, save_study
+from annotations.documents.study import STUDY_FILE, ViewingRules, load_study, save_study
 from annotations.documents.study_building import with_annotators
 from annotations.durable_files import SaveError
 from annotator.dialogs.error_dialog import ErrorDialog
@@ -165,6 +165,7 @@ def test_the_check_lists_what_is_missing_and_opens_annotations(
     qtbot: QtBot, at_study: MainWindow, person
 ) -> None:
     session = at_study.session
+    session.set_flag("nothing to see")
     session.set_status("done")
     person.action("check_study").trigger()
     dialog = person.dialog(StudyCheckDialog)
@@ -212,7 +213,7 @@ def test_a_list_of_findings_is_not_left_to_somebody_who_works_blind(
     person_at,
     tmp_path: Path,
 ) -> None:
-    folder = write_study(tmp_path / "study")
+    folder = write_study(tmp_path / "study", viewing=ViewingRules(reviewers=("rita",)))
     session = Session(replace(options, annotator_name="rita"))
     window = make_window(session)
     open_and_wait(qtbot, session, folder)
