@@ -9,6 +9,7 @@ When = Literal[
     "document",
     "active",
     "positioned",
+    "seen",
     "keypoint",
     "box",
     "turnable",

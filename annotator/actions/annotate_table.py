@@ -107,7 +107,7 @@ ANNOTATE_ACTIONS: tuple[Action, ...] = (
         "Annotate",
         ("G",),
         "Bring the crosshair and the slices to the active keypoint or box.",
-        "positioned",
+        "seen",
     ),
     *(
         Action(

@@ -105,6 +105,9 @@ def _met_by_active(session: Session) -> Iterator[When]:
     if document is None or active is None:
         return
     yield "active"
+    if session.shown_anchor_um(active.name) is not None:
+        # By others, too, whose work is shown.
+        yield "seen"
     if active.anchor_um is not None:
         yield "positioned"
         yield "box" if document.method == "boxes" else "keypoint"

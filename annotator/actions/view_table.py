@@ -85,7 +85,7 @@ VIEW_ACTIONS: tuple[Action, ...] = (
         "View",
         ("Z",),
         "Show the surroundings of the active keypoint or box in every pane.",
-        "positioned",
+        "seen",
     ),
     Action(
         "hide_overlays",

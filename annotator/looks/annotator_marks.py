@@ -34,8 +34,7 @@ def _corners(count: int, first_deg: float, inner: float = 0.0) -> tuple[tuple[fl
 
 
 _FORMS = {
-    # A disc would be taken for a keypoint of one's own.
-    "o": _corners(4, -90, inner=0.5),
+    "*": _corners(5, -90, inner=0.5),
     "s": _corners(4, -45),
     "^": _corners(3, -90),
     "D": _corners(4, -90),

@@ -35,7 +35,7 @@ _COMPUTING = "Comparing the annotators…"
 _NOT_BY_METHOD = "Nothing was annotated by {} yet"
 _LOOKING = "Looking anyway is written into your annotation"
 _MISTAKES_NAMED = 3
-_WHY_LETTERS = 34
+_WHY_LETTERS = 22
 
 
 class AgreementPanel(QWidget):

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, QRectF, Qt, Slot
-from PySide6.QtGui import QFont, QImage, QPainter, QPixmap, QShowEvent
+from PySide6.QtCore import QEvent, QRect, Qt, Slot
+from PySide6.QtGui import QFont, QFontMetrics, QImage, QPainter, QPixmap, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QComboBox, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from annotations.agreement.results import Agreement
@@ -28,7 +28,10 @@ PLOTS = {
     "worst": "Worst volumes",
 }
 _LEAST_DPI = 96
-_CAPTION_IN, _CAPTION_LETTER_IN = 0.9, 0.125
+_CAPTION_LETTER_IN = 0.125
+_ANY_HEIGHT_PX = 10_000
+# Of its size on paper: smaller, its letters could not be read.
+_LEAST_SHARE = 0.55
 _DRAWING = "Drawing…"
 _NONE = "There is nothing to draw: it needs volumes that two annotators have done."
 
@@ -49,15 +52,17 @@ class AgreementPlots(QWidget):
         self._choice.currentIndexChanged.connect(self._on_choice_current_index_changed)
         self._picture = named(QLabel(), "agreement_plot_picture")
         self._picture.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
-        scroll = QScrollArea()
-        scroll.setObjectName("agreement_plot_scroll")
-        scroll.setWidget(self._picture)
-        scroll.setWidgetResizable(True)
+        self._image: QImage | None = None
+        self._scroll = named(QScrollArea(), "agreement_plot_scroll", title="Plot")
+        self._scroll.setWidget(self._picture)
+        self._scroll.setWidgetResizable(True)
+        # Else a picture that just fits would come and go with its scroll bar.
+        self._scroll.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self._caption = WrappedText(name="agreement_plot_caption")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 4, 0, 0)
         layout.addWidget(self._choice)
-        layout.addWidget(scroll, 1)
+        layout.addWidget(self._scroll, 1)
         layout.addWidget(self._caption)
 
     def show_result(self, result: Agreement | None, method: Method) -> None:
@@ -72,6 +77,10 @@ class AgreementPlots(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self._draw()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -91,6 +100,7 @@ class AgreementPlots(QWidget):
             self._session.jobs.cancel(self._job)
             self._job = None
         self._picture.clear()
+        self._image = None
         result, method, kind, ratio = self._result, self._method, self._choice.currentData(), wanted[3]
         folder = self._session.agreeing.folder
         if result is None or method not in result.methods or folder is None:
@@ -114,9 +124,22 @@ class AgreementPlots(QWidget):
         image, caption = drawn
         self._caption.setText(caption or _NONE)
         if image is not None:
-            image.setDevicePixelRatio(self.devicePixelRatioF())
-            self._picture.setPixmap(QPixmap.fromImage(image))
             self._picture.setAccessibleDescription(caption)
+        self._image = image
+        self._fit()
+
+    def _fit(self) -> None:
+        """Show the picture as wide as the panel, but never so small that it cannot be read."""
+        if self._image is None:
+            return
+        ratio = self.devicePixelRatioF()
+        room_px = round(self._scroll.viewport().width() * ratio)
+        width_px = min(self._image.width(), max(room_px, round(_LEAST_SHARE * self._image.width())))
+        if self._picture.pixmap().width() == width_px:
+            return
+        fitted = self._image.scaledToWidth(width_px, Qt.TransformationMode.SmoothTransformation)
+        fitted.setDevicePixelRatio(ratio)
+        self._picture.setPixmap(QPixmap.fromImage(fitted))
 
     def _on_job_failed(self, error: Exception) -> None:
         self._job = None
@@ -160,18 +183,25 @@ def _drawn(plots: "Sequence[Plot | Photo]", dpi: float) -> _Drawn:
     pages = [_page(plot, dpi) for plot in plots]
     if len(plots) == 1:
         return pages[0], plots[0].caption
-    caption_px = round(_CAPTION_IN * dpi)
     width = max(page.width() for page in pages)
-    image = QImage(width, sum(page.height() + caption_px for page in pages), QImage.Format.Format_RGB32)
-    image.fill(Qt.GlobalColor.white)
-    font, top = QFont(), 0
+    font = QFont()
     font.setPixelSize(round(_CAPTION_LETTER_IN * dpi))
+    margin_px = round(_CAPTION_LETTER_IN * dpi / 2)
+    wrapped = Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
+    room = QRect(0, 0, width - 2 * margin_px, _ANY_HEIGHT_PX)
+    heights_px = [
+        QFontMetrics(font).boundingRect(room, wrapped, plot.caption).height() + 2 * margin_px
+        for plot in plots
+    ]
+    height_px = sum(page.height() for page in pages) + sum(heights_px)
+    image, top = QImage(width, height_px, QImage.Format.Format_RGB32), 0
+    image.fill(Qt.GlobalColor.white)
     with QPainter(image) as painter:
         painter.setFont(font)
         painter.setPen(Qt.GlobalColor.black)
-        for plot, page in zip(plots, pages, strict=True):
-            area = QRectF(0, top, width, caption_px).adjusted(*[_CAPTION_LETTER_IN * dpi / 2] * 4)
-            painter.drawText(area, Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap, plot.caption)
+        for plot, page, caption_px in zip(plots, pages, heights_px, strict=True):
+            area = QRect(margin_px, top + margin_px, room.width(), caption_px - 2 * margin_px)
+            painter.drawText(area, wrapped, plot.caption)
             painter.drawImage(0, top + caption_px, page)
             top += page.height() + caption_px
     return image, f"{len(plots)} volumes, the worst first."

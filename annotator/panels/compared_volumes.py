@@ -67,7 +67,7 @@ class ComparedVolumes(QAbstractTableModel):
             _Column(
                 "× median",
                 _RATIO,
-                lambda volume: f"× {volume.ratio_to_median:.1f}",
+                lambda volume: f"{volume.ratio_to_median:.1f}",
                 lambda volume: volume.ratio_to_median,
             ),
             *(_target_column(target) for target in targets),

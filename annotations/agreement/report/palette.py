@@ -15,9 +15,10 @@ FAINT = "#6b6b6b"
 GRID = "#d9d9d9"
 
 _COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h")
+# No disc: over an image it would be taken for a keypoint of one's own, and all forms are the same in both.
+_MARKERS = ("*", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h")
 MARK_NAMES = {
-    "o": "circle",
+    "*": "star",
     "s": "square",
     "^": "triangle",
     "D": "diamond",

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QLabel,
     QPushButton,
+    QScrollArea,
     QTableWidget,
     QTabWidget,
     QTreeView,
@@ -319,6 +320,12 @@ def test_plots_are_drawn_once_somebody_looks(qtbot: QtBot, panel: AgreementPanel
         choice.setCurrentIndex(choice.findData(kind))
         assert picture.pixmap().isNull()
         qtbot.waitUntil(lambda: not picture.pixmap().isNull(), timeout=30_000)
+    # As wide as there is room, as far as it can be read then.
+    scroll = child(panel, QScrollArea, "agreement_plot_scroll")
+    assert isinstance(scroll, QScrollArea)
+    natural_px = picture.pixmap().width()
+    panel.resize(2000, 520)
+    assert natural_px <= picture.pixmap().width() <= scroll.viewport().width()
 
 
 def test_an_annotator_with_work_to_do_reads_why_in_the_place_of_numbers(

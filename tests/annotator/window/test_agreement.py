@@ -84,6 +84,8 @@ def test_from_the_figures_to_the_worst_volume_and_the_report(
     qtbot.mouseDClick(view.viewport(), LEFT, pos=at)
     qtbot.waitUntil(lambda: len(rita.others.drawn) == 3)
     assert rita.current_index == IDS.index(WORST)
+    # Keys go there too, though the reviewer has placed nothing.
+    qtbot.waitUntil(ritas.actions_by_name["zoom_keypoint"].isEnabled)
     qtbot.waitUntil(lambda: all(each.is_sharp for each in ritas.slices))
     everybody = ritas.slices[2].grab().toImage()
 
