@@ -12,8 +12,8 @@ RESAMPLES = 2000
 
 _FEW = 200
 """Up to how many volumes are resampled; beyond, the limit of many resamples is as near, and costs nothing."""
-_FEWEST = 5
-"""Volumes without which there is no interval."""
+_RESAMPLED_FROM = 5
+"""From how many volumes on resamples reach far enough."""
 _LEAST_LEVEL = 1e-9
 _STEPS = 2.0**40
 """Into how many the range of the values is divided: of up to 200 of them sums are exact."""
@@ -56,11 +56,10 @@ def mean_ci95(
     values give the same interval, whatever was computed before, and values that differ by rounding alone the
     same but for rounding.
 
-    Of less than five values there is no interval. Resamples of three or four values come to 10 or 35
-    different means, and no mean lies beyond the values: of lengths of isotropic normal errors the interval
-    covers the mean in 73 % of cases for three, 86 % for four, 91 % for five and 93 % for eight. Student's t
-    would be wide enough if the values were normal, which so few cannot tell, and would take distances below
-    zero.
+    Of less than five values it is Student's t interval. Resamples of three or four values come to 10 or 35
+    different means, and no mean lies beyond the values: of lengths of isotropic normal errors the bootstrap
+    interval covers the mean in 73 % of cases for three, 86 % for four, 91 % for five and 93 % for eight.
+    That of t is wide enough, so wide that it may take a distance below zero: so few volumes tell so little.
 
     Beyond 200 volumes, nothing is drawn. Quantiles of the mean of a resample are then those of E. Cornish
     and R. Fisher's expansion in its skewness γ/√n, and the bias correction and the acceleration are both
@@ -77,16 +76,26 @@ def mean_ci95(
     Returns
     -------
     (float, float) or None
-        None for less than five values; twice the mean where all are equal. Never NaN.
+        None for less than two values; twice the mean where all are equal. Never NaN.
     """
-    if values.size < _FEWEST:
+    if values.size < 2:
         return None
     mean = float(values.mean())
     if float(np.ptp(values)) <= _ROUNDING * float(np.abs(values).max()):
         return mean, mean
+    if values.size < _RESAMPLED_FROM:
+        return _students(values)
     if values.size > _FEW:
         return _limit_of_resampling(values)
     return _resampled(values, resamples, seed)
+
+
+def _students(values: NDArray[np.float64]) -> tuple[float, float]:
+    from scipy.special import stdtrit
+
+    mean = float(values.mean())
+    half = float(stdtrit(values.size - 1, 0.975) * values.std(ddof=1)) / math.sqrt(values.size)
+    return mean - half, mean + half
 
 
 def _resampled(values: NDArray[np.float64], resamples: int, seed: int) -> tuple[float, float]:

@@ -27,7 +27,7 @@ class Estimate(Record):
     mean, sd : float or None
         ``sd`` with n − 1.
     ci95 : (float, float) or None
-        The 95 % confidence interval of the mean, by bootstrap over volumes; None for less than five.
+        The 95 % confidence interval of the mean, by bootstrap over volumes; None for less than two.
     n : int
         Over how many.
     """

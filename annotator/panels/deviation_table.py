@@ -41,7 +41,7 @@ MEANINGS: dict[StatisticName, str] = {
 }
 """What each statistic says of the volumes."""
 
-LEGEND = "[…]: 95 % confidence interval, from five volumes on. n: volumes with at least two annotators."
+LEGEND = "[…]: 95 % confidence interval. n: volumes with at least two annotators."
 
 
 class DeviationTable(ReadOnlyTable):

@@ -75,7 +75,7 @@ def fewness_note(agreement: Agreement) -> Note | None:
     return Note(
         f"Some of these figures are of {counted(min(numbers), 'volume')} only. With fewer than "
         f"{_FEW_VOLUMES} an interval is rough, since a single unusual volume can decide it; of fewer than "
-        "five volumes there is none."
+        "five volumes it is Student's t interval, which may reach below zero."
     )
 
 

@@ -41,7 +41,8 @@ def definitions(agreement: Agreement) -> Section:
             f"seed {agreement.seed}): volumes are drawn with replacement, never single annotations. They "
             "are bias-corrected and accelerated (Efron, 1987), and widened for few volumes as Student's t "
             "is (Hesterberg, 2015); beyond 200 volumes the limit of many resamples is computed instead of "
-            "drawn. Of fewer than five volumes there is no interval: resamples of so few reach too little."
+            "drawn. Of fewer than five volumes it is Student's t interval: resamples of so few reach too "
+            "little."
         ),
         Paragraph(
             "Along and across: the difference vector v between an annotator's keypoint and the mean is "

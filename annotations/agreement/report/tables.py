@@ -234,7 +234,7 @@ def intra_table(agreement: Agreement) -> Table | None:
         return None
     return Table(
         "Deviation of annotators from themselves: mean distance between repeated passes over the same "
-        "volume [95 % confidence interval, from five volumes on].",
+        "volume [95 % confidence interval].",
         ("Annotator", "Method", *map(with_unit, agreement.targets), "n"),
         tuple(rows),
         words=frozenset({1}),
