@@ -1,5 +1,6 @@
 """The other annotators' documents of the open volume: loaded only where they are wanted and may be seen."""
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -300,11 +301,15 @@ def _read(
 
 
 def _document(folder: Path, person: str, name: AnnotationName) -> Annotation | None:
-    try:
-        return load_annotation(annotation_path(folder, person, name.volume_id, name.method))[0]
-    except UserError:
+    volume_ids = [name.volume_id]
+    if study_folder_of(folder / "annotations") is None:
+        # Beside loose volumes some name their files after the volume without its ending.
+        volume_ids.append(name.volume_id.split(".")[0])
+    for volume_id in volume_ids:
         # Absent, or one that its own author is told about.
-        return None
+        with contextlib.suppress(UserError):
+            return load_annotation(annotation_path(folder, person, volume_id, name.method))[0]
+    return None
 
 
 def _differences(

@@ -289,3 +289,23 @@ def test_changed_files_of_others_are_noticed_and_ones_own_are_known_otherwise(
     qtbot.waitUntil(lambda: looked == [False, True])
     compute(qtbot, rita)
     assert not rita.agreeing.has_changed_files
+
+
+def test_beside_loose_volumes_a_volume_leads_to_the_file_of_its_name(
+    qtbot: QtBot, options: SessionOptions, folder: Path
+) -> None:
+    for volume in (folder / "volumes").iterdir():
+        volume.rename(folder / volume.name)
+    (folder / "study.toml").unlink()
+    session = Session(replace(options, annotator_name="rita"))
+    open_and_wait(qtbot, session, folder)
+    compute(qtbot, session)
+    assert session.agreeing.result is not None
+    found = [each.volume for each in session.agreeing.result.methods["keypoints"].volumes]
+    places = [session.agreeing.index_of(each) for each in found]
+    assert None not in places
+    names = [session.items[place].volume_path.name for place in places if place is not None]
+    assert sorted(names) == [f"{each}.npy" for each in IDS]
+    session.others.want()
+    qtbot.waitUntil(lambda: len(session.others.shown) == 3)
+    session.shut_down()
