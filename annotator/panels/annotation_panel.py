@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt, Signal, Slot
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from annotations.documents.record import Method
-from annotator.looks.labels import WrappedText
+from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
 from annotator.panels.boxes_panel import BoxesPanel
 from annotator.panels.keypoints_panel import KeypointsPanel
@@ -51,15 +51,17 @@ class AnnotationPanel(QWidget):
         self._switch.buttonClicked.connect(self._on_switch_button_clicked)
         self._derive = named(QPushButton("Derive…"), "derive")
         self._derive.clicked.connect(self.derive_requested)
-        row.addStretch(1)
-        row.addWidget(self._derive)
-        self._origin = WrappedText(name="derived_from")
-        self._origin.set_color(lambda colors: colors.muted)
-        self._read_only = WrappedText(name="read_only_text")
-        self._read_only.set_color(lambda colors: colors.warning)
         self._try_again = named(QPushButton("Try again"), "try_again")
         self._try_again.setToolTip("Look whether the annotation can be changed by now")
         self._try_again.clicked.connect(session.try_again)
+        row.addStretch(1)
+        row.addWidget(self._derive)
+        row.addWidget(self._try_again)
+        self._origin = WrappedText(name="derived_from")
+        self._origin.set_color(lambda colors: colors.muted)
+        # One line, whose tooltip has the whole: the table needs its height.
+        self._read_only = ElidedText(name="read_only_text", mode=Qt.TextElideMode.ElideRight)
+        self._read_only.set_color(lambda colors: colors.warning)
         self._flag = WrappedText(name="flag_text")
         self._flag.set_color(lambda colors: colors.warning)
         margin = self.fontMetrics().height() // 3
@@ -69,7 +71,6 @@ class AnnotationPanel(QWidget):
         head.addWidget(self._origin)
         head.addWidget(self._flag)
         head.addWidget(self._read_only)
-        head.addWidget(self._try_again, 0, Qt.AlignmentFlag.AlignLeft)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -156,7 +157,9 @@ class AnnotationPanel(QWidget):
         reason = self._session.read_only_reason
         self._read_only.setVisible(bool(reason))
         self._read_only.setText(f"Read-only. {self._session.neutral(reason)}." if reason else "")
+        # In its place: nothing is derived here now.
         self._try_again.setVisible(self._session.may_try_again)
+        self._derive.setVisible(not self._session.may_try_again)
 
     def _draw_flag(self) -> None:
         flag = self._session.document.flag if self._session.document is not None else None

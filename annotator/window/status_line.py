@@ -47,7 +47,7 @@ class StatusLine(QStatusBar):
         self._is_spacing_unknown = False
         self._is_message_long = False
         self._beside: list[QWidget] = []
-        self._hint = ElidedText("")
+        self._hint = ElidedText(mode=Qt.TextElideMode.ElideRight)
         self._hint.setObjectName("status_hint")
         self._hint.setAccessibleName("What the next click does")
         self.addWidget(self._hint, 1)
