@@ -9,12 +9,12 @@ from PySide6.QtCore import QObject, Signal
 
 from annotations.documents import edits
 from annotations.documents.annotation import Annotation, Part, is_untouched
-from annotations.documents.permission import permission
 from annotations.documents.record import Method
 from annotations.documents.study import CONSENSUS
 from annotator.session.jobs import Job
 from annotator.session.opinion_watch import FileMarks, OpinionWatch, opinion_marks
 from annotator.session.others import Others
+from annotator.session.proposals import moved_um, ranked, said_of_proposal
 from annotator.session.state import SessionState
 from annotator.session.worklist import ItemStatus
 
@@ -224,39 +224,17 @@ class Settling(QObject):
     def triage(self) -> None:
         """Rank the volumes of the study that the person may see in the background; ``triaged`` follows."""
         worklist = self._session.worklist
-        if self.reason or self._triaging is not None:
+        study, folder, method = worklist.study, worklist.folder, self._session.method
+        if study is None or self.reason or self._triaging is not None:
             self._session.post_message(self.reason or "The volumes are being ranked already")
             return
-        study, folder, method = worklist.study, worklist.folder, self._session.method
         person, tool_folders = self._session.person, self._session.tool_folders
-
-        def work(
-            progress: Callable[[float], None], cancelled: Callable[[], bool]
-        ) -> "tuple[TriageEntry, ...]":
-            from annotations.agreement.comparison import agreement_of  # late: few sessions compare
-            from annotations.agreement.triage import triage
-
-            agreement = agreement_of(
-                folder,
-                tool_folders,
-                progress=lambda share: progress(share / 2),
-                cancelled=cancelled,
-            )
-            if method not in agreement.methods or study is None:
-                return ()
-            entries = triage(
-                agreement,
-                method,
-                folder,
-                tool_folders,
-                progress=lambda share: progress((1 + share) / 2),
-                cancelled=cancelled,
-            )
-            return tuple(each for each in entries if permission(study, folder, person, each.volume).may_see)
 
         self._triaging = self._session.jobs.start(
             "Ranking the volumes",
-            work,
+            lambda progress, cancelled: ranked(
+                study, folder, person, method, tool_folders, progress, cancelled
+            ),
             done=lambda entries: self._take_entries((folder, method), entries),
             failed=self._on_triaging_failed,
             cancelled=self._on_triaging_cancelled,
@@ -323,8 +301,8 @@ class Settling(QObject):
             return
         self._session.expect_proposal(proposed)
         if self._edit("Propose the consensus", lambda _document: proposed):
-            self._moved_um = _moved_um(before, proposed)
-            self._session.post_message(_said_of_proposal(before, self._moved_um))
+            self._moved_um = moved_um(before, proposed)
+            self._session.post_message(said_of_proposal(before, self._moved_um))
 
     def _is_untouched(self) -> bool:
         """Say whether nothing is in the open document yet, and something could be."""
@@ -416,20 +394,3 @@ class Settling(QObject):
         if entry.volume != self._volume_id() or self._consensus is None:
             return "stale" if entry.settled == "stale" else "done"
         return "stale" if self.is_stale else "done"
-
-
-def _moved_um(before: Annotation, after: Annotation) -> Mapping[str, float]:
-    """Return how far each part went that was placed before and after, without those that stayed."""
-    from annotations.agreement.consensus import distance_um  # late: few sessions settle
-
-    moved = {part.name: distance_um(before.part(part.name), part) for part in after.parts}
-    return {name: um for name, um in moved.items() if um is not None and um > 0}
-
-
-def _said_of_proposal(before: Annotation, moved_um: Mapping[str, float]) -> str:
-    """Say what a proposal did, where there was one before."""
-    if not before.consensus_of:
-        return "Proposed: nothing is saved before you change or accept it"
-    moved = ", ".join(f"{name} by {um:,.0f} µm" for name, um in moved_um.items())
-    again = "; it is to be accepted anew" if before.status == "done" else ""
-    return f"Proposed again: {f'moved {moved}' if moved else 'nothing has moved'}{again}"
