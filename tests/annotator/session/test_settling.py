@@ -427,7 +427,7 @@ def test_the_file_says_who_settled_it(qtbot: QtBot, opened: Open, folder: Path) 
 
 
 def test_a_proposal_that_nobody_touched_is_not_saved_by_leaving(
-    qtbot: QtBot, opened: Open, folder: Path
+    qtbot: QtBot, opened: Open, options: SessionOptions, folder: Path
 ) -> None:
     session = opened(folder)
     settle(qtbot, session)
@@ -442,6 +442,11 @@ def test_a_proposal_that_nobody_touched_is_not_saved_by_leaving(
     session.redo()
     settle(qtbot, session, "v003")
     assert annotation_path(folder, CONSENSUS, "v002", "keypoints").exists()
+    assert session.is_mere_proposal
+    assert session.close_volume()
+    assert not annotation_path(folder, CONSENSUS, "v003", "keypoints").exists()
+    # Nor is it offered to be recovered.
+    assert find_recoveries(options.recovery_folder) == ()
 
 
 def test_arriving_at_a_consensus_places_nothing_by_a_click(qtbot: QtBot, opened: Open, folder: Path) -> None:
