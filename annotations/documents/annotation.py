@@ -179,6 +179,8 @@ Part = KeypointAnnotation | BoxAnnotation
 
 
 def _refuse_repeats(kind: str, names: list[str]) -> None:
+    if len(set(names)) == len(names):
+        return
     seen: set[str] = set()
     for index, name in enumerate(names):
         if name in seen:
