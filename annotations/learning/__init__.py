@@ -1,0 +1,1 @@
+"""Networks, training and evaluation: the one room that needs PyTorch."""
