@@ -23,10 +23,10 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 class Sampling(BaseModel):
     """How a volume becomes the input of a network. Array axes are those of the volume.
 
-    Sample i along an axis lies at ``i · spacing_um``, and takes the nearest voxel. Where `is_averaged`, a sample
-    along the depth is the mean of the voxels whose centres lie in ``[i, i + 1) · spacing_um``, and lies in their
-    middle: less noise for little work, because they are neighbours in the file. Samples beyond the volume's
-    end are empty, as is the padding: they have the value 0 after scaling.
+    Sample i along an axis lies at ``i · spacing_um``, and takes the nearest voxel. Where `is_averaged`, a
+    sample along the depth is the mean of the voxels whose centres lie in ``[i, i + 1) · spacing_um``, and lies
+    in their middle: less noise for little work, because they are neighbours in the file. Samples beyond the
+    volume's end are empty, as is the padding: they have the value 0 after scaling.
 
     Attributes
     ----------
@@ -187,8 +187,8 @@ def _check_fits(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> No
         )
     if volume.depth_axis != sampling.depth_axis:
         raise VolumeError(
-            f"its depth runs along axis {volume.depth_axis}, and in the volumes that the network was trained on "
-            f"along axis {sampling.depth_axis}",
+            f"its depth runs along axis {volume.depth_axis}, and in the volumes that the network was trained "
+            f"on along axis {sampling.depth_axis}",
             where=volume.path,
             remedy="Correct the depth axis where the spacing is asked for, or use another checkpoint",
         )
@@ -206,7 +206,7 @@ def _nearest(sampling: Sampling, spacing_um: SpacingUm, shape: Sequence[int], ax
     """Return the voxel nearest to each sample along an axis across the light, up to the volume's end."""
     stride = sampling.spacing_um[axis] / spacing_um[axis]
     index = np.rint(np.arange(sampling.shape[axis]) * stride).astype(np.intp)
-    return index[index < shape[axis]]
+    return np.asarray(index[index < shape[axis]])
 
 
 def _cells(sampling: Sampling, spacing_um: SpacingUm, shape: Sequence[int]) -> NDArray[np.intp]:
