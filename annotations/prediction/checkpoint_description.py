@@ -1,0 +1,115 @@
+"""What a checkpoint says of itself: everything that turns a volume into keypoints, and how it was trained."""
+
+from collections.abc import Mapping
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from annotations import __version__
+from annotations.documents.record import Moment, Record
+from annotations.geometry.tool import Finite, NonNegative, ToolSpecification
+from annotations.prediction.heatmaps import HeatmapConvention
+from annotations.volumes.sampling import Sampling
+
+SCHEMA: Literal["oct-checkpoint/1"] = "oct-checkpoint/1"
+
+_Count = Annotated[int, Field(ge=0, strict=True)]
+_Text = Annotated[str, Field(max_length=100_000)]
+
+
+class ErrorSummary(Record):
+    """Mean and standard deviation of one kind of error over volumes, in the unit of its field's name."""
+
+    mean: Finite
+    deviation: NonNegative
+
+
+class TrainingSummary(Record):
+    """How the network was trained, and how it did on volumes that it was not trained on.
+
+    Attributes
+    ----------
+    synthetic_volumes : int
+        Made on the fly and seen once each.
+    studies : tuple of str
+        Titles of the studies whose annotated volumes it was trained on.
+    annotated_volumes : int
+        How many different ones.
+    epochs : int
+    seconds : float
+        Wall-clock time of the training, all its parts together.
+    validation_volumes : int
+    validation : mapping of str to ErrorSummary
+        By ``position_mm``, ``orientation_deg`` and ``<angle>_deg``, by the published formulas.
+    settings : str
+        The settings as TOML, from which it can be repeated.
+    """
+
+    synthetic_volumes: _Count = 0
+    studies: tuple[str, ...] = ()
+    annotated_volumes: _Count = 0
+    epochs: _Count = 0
+    seconds: NonNegative = 0.0
+    validation_volumes: _Count = 0
+    validation: Mapping[str, ErrorSummary] = {}
+    settings: _Text = ""
+
+
+class CheckpointDescription(Record):
+    """The metadata of a checkpoint.
+
+    Attributes
+    ----------
+    name : str
+        What people call it.
+    network : str
+        Kind of the network, such as ``lean``.
+    parameters : int
+        How many numbers were learned.
+    tool : ToolSpecification
+        Whose keypoints it finds, whole: the checkpoint needs no tool file.
+    keypoints : tuple of str
+        Names of the heatmaps, in their order.
+    sampling : Sampling
+        How a volume becomes the network's input.
+    heatmaps : HeatmapConvention
+        How the network's output becomes keypoints.
+    training : TrainingSummary
+    created : datetime
+        UTC.
+    program : str
+        Version of the program that wrote it.
+    """
+
+    schema_id: Literal["oct-checkpoint/1"] = Field(default=SCHEMA, alias="schema")
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    network: Annotated[str, Field(min_length=1, max_length=100)]
+    parameters: _Count
+    tool: ToolSpecification
+    keypoints: Annotated[tuple[str, ...], Field(min_length=1)]
+    sampling: Sampling
+    heatmaps: HeatmapConvention
+    training: TrainingSummary = TrainingSummary()
+    created: Moment
+    program: str = __version__
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        known = self.tool.keypoint_names
+        if unknown := [name for name in self.keypoints if name not in known]:
+            raise ValueError(f"the tool {self.tool.name!r} has no keypoint {unknown[0]!r}")
+        if len(set(self.keypoints)) != len(self.keypoints):
+            raise ValueError("a keypoint has two heatmaps")
+        # Refuses an input that cannot be divided.
+        self.heatmaps.heatmap_shape(self.sampling.padded_shape)
+        return self
+
+    @property
+    def input_shape(self) -> tuple[int, int, int, int, int]:
+        """Shape of the network's input: one volume, one channel, then array axes 0, 1, 2."""
+        return (1, 1, *self.sampling.padded_shape)
+
+    @property
+    def output_shape(self) -> tuple[int, int, int, int, int]:
+        """Shape of the network's output: one volume, a heatmap a keypoint, then array axes 0, 1, 2."""
+        return (1, len(self.keypoints), *self.heatmaps.heatmap_shape(self.sampling.padded_shape))
