@@ -2,6 +2,8 @@
 
 from torch import Tensor, nn
 
+from annotations.learning.network_settings import NetworkSettings
+
 Size3 = int | tuple[int, int, int]
 
 
@@ -65,6 +67,32 @@ class ResidualBlock(nn.Module):
         """Give features of the same size, with the block's number of channels."""
         rectified: Tensor = self.rectifier(self.residual(features) + self.skip(features))
         return rectified
+
+
+class PooledRegression(nn.Sequential):
+    """The mean of each channel over all voxels, and a linear layer: features to numbers."""
+
+    def __init__(self, channels: int, settings: NetworkSettings) -> None:
+        super().__init__(
+            nn.AdaptiveAvgPool3d(1),
+            nn.Flatten(),
+            nn.Dropout(settings.dropout),
+            middle_of_the_range(channels, settings.outputs),
+        )
+
+
+def middle_of_the_range(inputs: int, outputs: int) -> nn.Linear:
+    """Make a linear layer that starts near 0.5: labels are scaled to [0, 1]."""
+    layer = nn.Linear(inputs, outputs)
+    nn.init.constant_(layer.bias, 0.5)
+    return layer
+
+
+def draw_for_rectifiers(network: nn.Module) -> None:
+    """Draw a network's convolutions so that rectified features keep their size (He et al. 2015)."""
+    for layer in network.modules():
+        if isinstance(layer, nn.Conv3d):
+            nn.init.kaiming_normal_(layer.weight, mode="fan_out", nonlinearity="relu")
 
 
 def start_near_zero(layer: nn.Conv3d | nn.ConvTranspose3d, deviation: float) -> None:

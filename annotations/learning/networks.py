@@ -1,8 +1,11 @@
 """The networks by name."""
 
+from annotations.learning.inception3d import Inception3D
 from annotations.learning.lean import LeanNetwork
 from annotations.learning.network_settings import NetworkSettings
 from annotations.learning.pose_network import PoseNetwork
+from annotations.learning.resnext3d import ResNeXt3D
+from annotations.learning.v2v import V2VPoseNet, V2VRegression
 
 
 def build_network(settings: NetworkSettings) -> PoseNetwork:
@@ -21,8 +24,14 @@ def build_network(settings: NetworkSettings) -> PoseNetwork:
     match settings.kind:
         case "lean":
             return LeanNetwork(settings)
-        case _:
-            raise NotImplementedError(settings.kind)
+        case "v2v":
+            return V2VPoseNet(settings)
+        case "v2v-regression":
+            return V2VRegression(settings)
+        case "resnext3d":
+            return ResNeXt3D(settings)
+        case "inception3d":
+            return Inception3D(settings)
 
 
 def parameter_count(network: PoseNetwork) -> int:
