@@ -6,6 +6,7 @@ convex function, and Newton's steps from above never overshoot the surface.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +22,8 @@ _TOLERANCE_UM = 1e-3
 _LEAST_APPROACH = 1e-6
 """Cosine below which the light passes by: along the whole tool it would come nearer by 0.02 µm."""
 _STEPS = 60
+_SLACK_UM = 1.0
+"""How far beside a body's outline light is still followed, so that rounding cuts nothing off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +43,16 @@ class Surface:
 
     def __getitem__(self, plane: int) -> "Surface":
         return Surface(self.depth_um[plane], self.facing[plane])
+
+
+class SolidBody(Protocol):
+    """A body that light falls on."""
+
+    def bounds_um(self) -> tuple[Array, Array]:
+        """Return the lowest and the highest position in µm along each axis, shape (3,) each."""
+
+    def first_hit(self, x_um: ArrayLike, y_um: ArrayLike) -> Surface:
+        """Return where light along +z meets it in columns at x and y in µm, shapes (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +106,11 @@ class LinkBody:
         """Return where light along +z meets this body in columns at x and y in µm, shapes (n,)."""
         low, high = self.bounds_um()
         columns = np.column_stack([x_um, y_um, np.full(np.shape(x_um), low[2] - 1.0)])
+        surface = Surface(np.full(len(columns), np.inf), np.zeros(len(columns)))
+        active = np.flatnonzero(self._casts_on(columns[:, :2]))
         start = (columns - self.center_um) @ self.axes
         light = self.axes[2]
         travelled = np.zeros(len(start))
-        surface = Surface(np.full(len(start), np.inf), np.zeros(len(start)))
-        active = np.arange(len(start))
         for _ in range(_STEPS):
             gap = self._from_core(start[active] + travelled[active, None] * light)
             length = np.linalg.norm(gap, axis=1)
@@ -114,6 +127,18 @@ class LinkBody:
             if not active.size:
                 break
         return surface
+
+    def _casts_on(self, columns_um: Array) -> NDArray[np.bool_]:
+        """Say which columns at x and y in µm, shape (n, 2), the box around this body covers; a little more.
+
+        Seen from above a box is a polygon whose sides are its own axes: it lies between three pairs of lines.
+        """
+        sides = self.axes[:2] * self.half_size_um
+        normals = np.stack([-sides[1], sides[0]], axis=1)
+        reach = np.abs(normals @ sides).sum(axis=1)
+        beside = np.abs((columns_um - self.center_um[:2]) @ normals.T)
+        slack = _SLACK_UM * np.linalg.norm(normals, axis=1)
+        return np.asarray((beside <= reach + slack).all(axis=1))
 
     def _inside_core(self, local: Array) -> Array:
         """Return how deep in the core points in the link's frame, (..., 3), lie: 0 outside of it."""
@@ -152,12 +177,12 @@ def link_bodies(pose: ToolPose, tool: ToolSpecification) -> dict[str, LinkBody]:
     return bodies
 
 
-def surface_from_above(bodies: Iterable[LinkBody], x_um: Array, y_um: Array) -> Surface:
+def surface_from_above(bodies: Iterable[SolidBody], x_um: Array, y_um: Array) -> Surface:
     """Return what the light meets first in the columns over a grid.
 
     Parameters
     ----------
-    bodies : iterable of LinkBody
+    bodies : iterable of SolidBody
     x_um, y_um : ndarray, shapes (nx,) and (ny,)
         Ascending positions of the columns.
 

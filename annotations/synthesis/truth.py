@@ -13,7 +13,7 @@ from annotations.documents.files import ships
 from annotations.documents.record import changed
 from annotations.geometry.body import surface_from_above
 from annotations.geometry.frames import Vector, is_inside
-from annotations.geometry.kinematics import keypoints_um
+from annotations.geometry.kinematics import keypoints_um, link_frames
 from annotations.synthesis.scene import Scene
 
 ANNOTATOR = "truth"
@@ -52,10 +52,12 @@ def _state(scene: Scene, name: str, position_um: Vector) -> State:
     if not is_inside(position_um, scene.grid.shape, scene.grid.spacing_um):
         return "out_of_view"
     link = scene.tool.link_of(name)
-    if link is None or link.name not in scene.bodies:
+    frames = link_frames(scene.pose, scene.tool)
+    if link is None or link.name not in frames:
         raise KeyError(name)
-    inwards = scene.bodies[link.name].axes[:, 0] * link.length_um * _INSET_SHARE
+    inwards = frames[link.name].axes[:, 0] * link.length_um * _INSET_SHARE
     column_um = np.asarray(position_um) + (inwards if name == link.base else -inwards)
     met_um = surface_from_above(scene.bodies.values(), column_um[:1], column_um[1:2]).depth_um.item()
     buried = column_um[2] - met_um > max(link.cross_section_um)
-    return "occluded" if buried or met_um > scene.scanner.signal_end_um else "placed"
+    # A mesh need not lie around its link's axis; where light passes it by, the place itself counts.
+    return "occluded" if buried or min(met_um, column_um[2]) > scene.scanner.signal_end_um else "placed"
