@@ -2,6 +2,7 @@
 
 from annotations.synthesis.demo import make_demo_study
 from annotations.synthesis.grid import FULL_SHAPE, REALTIME_SHAPE, Grid
+from annotations.synthesis.network_volume import network_volume
 from annotations.synthesis.scanner import Scanner
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
 from annotations.synthesis.synthetic_study import write_study
@@ -16,6 +17,7 @@ __all__ = [
     "Scene",
     "SceneSeed",
     "make_demo_study",
+    "network_volume",
     "random_scene",
     "truth_annotation",
     "write_study",

@@ -5,15 +5,26 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincinv
 
 from annotations.geometry.body import Surface
+from annotations.synthesis.grey_noise import GREATEST_GREY, GreyNoise
 from annotations.synthesis.grid import Grid
 
 _STEPS_PER_GREY = 64
 """Grey values are added up as integers of this fineness, because that is several times faster."""
 _LEAST_FACING = 0.05
 """The steepest surface, as a cosine, whose smear over depth is still told apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Depths:
+    """Depths in µm, and the share of the light's power that comes back from there, shapes alike, float32."""
+
+    z_um: NDArray[np.float32]
+    through: NDArray[np.float32]
+
+    def __getitem__(self, index: NDArray[np.intp]) -> "Depths":
+        return Depths(self.z_um[index], self.through[index])
 
 
 @dataclass(frozen=True)
@@ -29,8 +40,7 @@ class Scanner:
     The light's beam has a width, so that it meets a steep surface at many depths: σ² = σ₀² + (w tan θ)² below
     the surface. Above it σ = σ₀, for the smear would rise above the upper edge of a steep face.
     M is the medium's faint scattering, which the shadow below a surface lacks. The detected power is this
-    mean times a gamma variate of mean 1 (fully developed speckle, averaged over a number of looks:
-    J. W. Goodman, *Speckle Phenomena in Optics*, 2007), then compressed by the logarithm.
+    mean times speckle, then compressed by the logarithm; Gaussian noise is added to the grey value.
 
     Attributes
     ----------
@@ -52,6 +62,8 @@ class Scanner:
         Independent speckle patterns that are averaged.
     noise_grey, grey_per_db : float
         Grey value of the noise floor, and grey values a decibel.
+    noise_sigma_grey : float
+        Standard deviation of the Gaussian noise.
     """
 
     signal_end_um: float = 6000.0
@@ -67,28 +79,45 @@ class Scanner:
     looks: float = 2.0
     noise_grey: float = 24.0
     grey_per_db: float = 4.6
+    noise_sigma_grey: float = 0.0
 
-    def mean_power(self, surface: Surface, grid: Grid) -> NDArray[np.float32]:
-        """Return the mean power over that of the noise floor, before speckle.
+    @property
+    def noise(self) -> GreyNoise:
+        """What is random in a grey value."""
+        return GreyNoise(self.looks, self.grey_per_db, self.noise_sigma_grey)
+
+    def depths(self, z_um: NDArray[np.float64]) -> "Depths":
+        """Return depths in µm, shape (nz,), with what is left of the light there."""
+        end = 1 / (1 + np.exp(np.clip((z_um - self.signal_end_um) / self.signal_edge_um, -50, 50)))
+        through = end * _power(-self.attenuation_db_per_mm * z_um / 1000)
+        return Depths(z_um.astype(np.float32), np.asarray(through, dtype=np.float32))
+
+    def mean_power(self, surface: Surface, grid: Grid, depths: "Depths | None" = None) -> NDArray[np.float32]:
+        """Return the mean power over that of the noise floor, before noise.
 
         Parameters
         ----------
         surface : Surface
             Of shape (n,): what the light meets in each of n columns.
         grid : Grid
-            Whose nz depths are meant.
+            How finely the scanner sees.
+        depths : Depths, optional
+            Of shape (nz,), or (n, nz) for columns of which each has depths of its own; those of the grid by
+            default.
 
         Returns
         -------
         ndarray of float32, shape (n, nz)
         """
-        z_um = grid.axis_um(2)
-        through = self._transmission(z_um)
+        depths = depths or self.depths(grid.axis_um(2))
+        z_um, through = depths.z_um, depths.through
         medium = _power(self.medium_db) * through
-        power = np.empty((len(surface.depth_um), len(z_um)), dtype=np.float32)
+        power = np.empty((len(surface.depth_um), z_um.shape[-1]), dtype=np.float32)
         power[:] = 1 + medium
         struck = np.flatnonzero(np.isfinite(surface.depth_um))
-        below = z_um.astype(np.float32) - surface.depth_um[struck, None].astype(np.float32)
+        if z_um.ndim > 1:
+            z_um, through = z_um[struck], through[struck]
+        below = z_um - surface.depth_um[struck, None].astype(np.float32)
         facing = surface.facing[struck, None].astype(np.float32)
         axial = np.float32(max(self.axial_sigma_um, grid.spacing_um[2] / 2))
         across = np.float32(max(self.beam_sigma_um, min(grid.spacing_um[:2]) / 2))
@@ -102,7 +131,20 @@ class Scanner:
         power[struck] = np.where(inside, 1, power[struck]) + profile
         return power
 
-    def image(self, surface: Surface, grid: Grid, bits: NDArray[np.uint16]) -> NDArray[np.uint8]:
+    def mean_grey(self, surface: Surface, grid: Grid, depths: "Depths | None" = None) -> NDArray[np.float32]:
+        """Return the grey value of the mean power, before noise; see `mean_power`."""
+        grey = np.log10(self.mean_power(surface, grid, depths))
+        grey *= 10 * self.grey_per_db
+        grey += self.noise_grey
+        return grey
+
+    def image(
+        self,
+        surface: Surface,
+        grid: Grid,
+        bits: NDArray[np.uint16],
+        depths: "Depths | None" = None,
+    ) -> NDArray[np.uint8]:
         """Return the grey values of n columns, shape (n, nz).
 
         Parameters
@@ -110,30 +152,25 @@ class Scanner:
         surface : Surface
             Of shape (n,).
         grid : Grid
-            Whose nz depths are meant.
+            How finely the scanner sees.
         bits : ndarray of uint16, shape (n, nz)
-            Random numbers over the whole range of their type: the speckle.
+            Random numbers over the whole range of their type: the noise.
+        depths : Depths, optional
+            As for `mean_power`.
         """
-        grey = np.log10(self.mean_power(surface, grid))
-        grey *= 10 * self.grey_per_db * _STEPS_PER_GREY
-        grey += self.noise_grey * _STEPS_PER_GREY
+        grey = self.mean_grey(surface, grid, depths)
+        grey *= _STEPS_PER_GREY
         total = grey.astype(np.int16)
-        total += _speckle_steps(self.looks, self.grey_per_db)[bits]
+        total += _noise_steps(self.noise)[bits]
         total >>= _STEPS_PER_GREY.bit_length() - 1
-        return np.clip(total, 0, 255).astype(np.uint8)
-
-    def _transmission(self, z_um: NDArray[np.float64]) -> NDArray[np.float32]:
-        end = 1 / (1 + np.exp(np.clip((z_um - self.signal_end_um) / self.signal_edge_um, -50, 50)))
-        return np.asarray(end * _power(-self.attenuation_db_per_mm * z_um / 1000), dtype=np.float32)
+        return np.clip(total, 0, GREATEST_GREY).astype(np.uint8)
 
 
 def _power(decibels: float | NDArray[np.float64]) -> NDArray[np.float32]:
     return np.asarray(10 ** (np.asarray(decibels) / 10), dtype=np.float32)
 
 
-@lru_cache(maxsize=8)
-def _speckle_steps(looks: float, grey_per_db: float) -> NDArray[np.int16]:
-    """Return the quantiles of speckle as steps of grey, one for each value of 16 random bits."""
-    share = (np.arange(65536) + 0.5) / 65536
-    power = gammaincinv(looks, share) / looks
-    return np.asarray(np.rint(10 * np.log10(power) * grey_per_db * _STEPS_PER_GREY), dtype=np.int16)
+@lru_cache(maxsize=64)
+def _noise_steps(noise: GreyNoise) -> NDArray[np.int16]:
+    """Return the noise as steps of grey, one for each value of 16 random bits."""
+    return np.asarray(np.rint(noise.quantiles(65536) * _STEPS_PER_GREY), dtype=np.int16)

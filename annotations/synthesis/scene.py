@@ -14,7 +14,7 @@ from annotations.synthesis.grid import Grid
 from annotations.synthesis.poses import random_pose
 from annotations.synthesis.scanner import Scanner
 
-_POSE, _SPECKLE = 0, 1
+_POSE, _SPECKLE, _SAMPLED = 0, 1, 2
 """Branches of a scene's seed, so that neither depends on how many numbers the other has used."""
 
 
@@ -62,17 +62,23 @@ class Scene:
 
     def plane(self, index: int) -> NDArray[np.uint8]:
         """Return the grey values of the voxels with one index along axis 0, shape (ny, nz)."""
-        shape = self.grid.shape[1:]
-        count = shape[0] * shape[1]
-        # The raw stream of a bit generator is the one that NumPy promises never to change.
-        raw = np.random.SFC64(self.seed.sequence(_SPECKLE, index)).random_raw((count + 3) // 4)
-        bits = raw.view(np.uint16)[:count].reshape(shape)
+        bits = self._random_bits(self.grid.shape[1:], _SPECKLE, index)
         return self.scanner.image(self.surface[index], self.grid, bits)
 
     def planes(self) -> Iterator[NDArray[np.uint8]]:
         """Yield the planes along axis 0 in their order; the whole volume is never in memory."""
         for index in range(self.grid.shape[0]):
             yield self.plane(index)
+
+    def sampled_bits(self, shape: tuple[int, int]) -> NDArray[np.uint16]:
+        """Return the random bits of what a network sees, any shape, other than those of the planes."""
+        return self._random_bits(shape, _SAMPLED)
+
+    def _random_bits(self, shape: tuple[int, int], *branch: int) -> NDArray[np.uint16]:
+        count = shape[0] * shape[1]
+        # The raw stream of a bit generator is the one that NumPy promises never to change.
+        raw = np.random.SFC64(self.seed.sequence(*branch)).random_raw((count + 3) // 4)
+        return np.asarray(raw.view(np.uint16)[:count].reshape(shape))
 
 
 def random_scene(

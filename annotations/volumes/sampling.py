@@ -24,7 +24,7 @@ class Sampling(BaseModel):
     """How a volume becomes the input of a network. Array axes are those of the volume.
 
     Sample i along an axis lies at ``i · spacing_um``, and takes the nearest voxel. Where `is_averaged`, a
-    sample along the depth is the mean of the voxels whose centres lie in ``[i, i + 1) · spacing_um``, and lies
+    sample along the depth is the mean of the voxels whose centres lie in ``[i, i + 1) · spacing_um``, and is
     in their middle: less noise for little work, because they are neighbours in the file. Samples beyond the
     volume's end are empty, as is the padding: they have the value 0 after scaling.
 
@@ -153,9 +153,9 @@ def sample_volume(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> 
     _check_fits(volume, spacing_um, sampling)
     depth = sampling.depth_axis
     slow, fast = (axis for axis in range(3) if axis != depth)
-    planes = _nearest(sampling, spacing_um, volume.shape, slow)
-    rows = _nearest(sampling, spacing_um, volume.shape, fast)
-    cells = _cells(sampling, spacing_um, volume.shape)
+    planes = sampled_voxels(sampling, spacing_um, volume.shape, slow)
+    rows = sampled_voxels(sampling, spacing_um, volume.shape, fast)
+    cells = depth_cells(sampling, spacing_um, volume.shape)
     samples = np.full(sampling.shape, sampling.value_range[0], dtype=np.float32)
     if not (len(planes) and len(rows) and len(cells) > 1):
         return samples
@@ -176,6 +176,25 @@ def sample_volume(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> 
         target[slow], target[fast], target[depth] = place, slice(len(rows)), slice(len(cells) - 1)
         samples[tuple(target)] = means.T if depth < fast else means
     return samples
+
+
+def sampled_voxels(
+    sampling: Sampling, spacing_um: SpacingUm, shape: Sequence[int], axis: int
+) -> NDArray[np.intp]:
+    """Return the voxel nearest to each sample along an axis across the light, up to the volume's end."""
+    stride = sampling.spacing_um[axis] / spacing_um[axis]
+    index = np.rint(np.arange(sampling.shape[axis]) * stride).astype(np.intp)
+    return np.asarray(index[index < shape[axis]])
+
+
+def depth_cells(sampling: Sampling, spacing_um: SpacingUm, shape: Sequence[int]) -> NDArray[np.intp]:
+    """Return where the voxels of each sample begin along the depth, and after them where the last ends."""
+    axis = sampling.depth_axis
+    stride = sampling.spacing_um[axis] / spacing_um[axis]
+    # A voxel whose centre lies on the border belongs to the later cell, whatever rounding did to the stride.
+    borders = np.ceil(np.arange(sampling.shape[axis] + 1) * stride - 1e-6).astype(np.intp)
+    begun = borders[:-1][borders[:-1] < shape[axis]]
+    return np.append(begun, min(int(borders[len(begun)]), shape[axis]))
 
 
 def _check_fits(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> None:
@@ -200,23 +219,6 @@ def _check_fits(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> No
                 where=volume.path,
                 remedy="Correct the spacing, or use a checkpoint that was trained on such volumes",
             )
-
-
-def _nearest(sampling: Sampling, spacing_um: SpacingUm, shape: Sequence[int], axis: int) -> NDArray[np.intp]:
-    """Return the voxel nearest to each sample along an axis across the light, up to the volume's end."""
-    stride = sampling.spacing_um[axis] / spacing_um[axis]
-    index = np.rint(np.arange(sampling.shape[axis]) * stride).astype(np.intp)
-    return np.asarray(index[index < shape[axis]])
-
-
-def _cells(sampling: Sampling, spacing_um: SpacingUm, shape: Sequence[int]) -> NDArray[np.intp]:
-    """Return where the voxels of each sample begin along the depth, and after them where the last ends."""
-    axis = sampling.depth_axis
-    stride = sampling.spacing_um[axis] / spacing_um[axis]
-    # A voxel whose centre lies on the border belongs to the later cell, whatever rounding did to the stride.
-    borders = np.ceil(np.arange(sampling.shape[axis] + 1) * stride - 1e-6).astype(np.intp)
-    begun = borders[:-1][borders[:-1] < shape[axis]]
-    return np.append(begun, min(int(borders[len(begun)]), shape[axis]))
 
 
 def _even_step(rows: NDArray[np.intp]) -> int:
