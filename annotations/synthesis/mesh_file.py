@@ -87,6 +87,7 @@ def read_mesh(path: Path, um_per_unit: float) -> ReadMesh:
 
 def _load(path: Path, um_per_unit: float) -> "Trimesh":
     import trimesh
+    from trimesh.exchange.stl import load_stl
 
     content = _content(path)
     count = int.from_bytes(content[_HEADER_BYTES - 4 : _HEADER_BYTES], "little")
@@ -94,14 +95,15 @@ def _load(path: Path, um_per_unit: float) -> "Trimesh":
         # Not binary, so it is text, in whatever encoding: only names can have letters beyond ASCII.
         content = content.decode("utf-8", errors="replace").encode()
     try:
-        loaded = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
         # What else the file says, normals above all, is not needed and may be wrong.
-        vertices_um = np.asarray(loaded.vertices, dtype=np.float64) * um_per_unit
-        mesh = trimesh.Trimesh(vertices_um, np.asarray(loaded.faces), process=False)
+        found = load_stl(io.BytesIO(content))
+        solids = found.get("geometry", {"": found}).values()
+        corners = [np.asarray(solid["vertices"], dtype=np.float64) for solid in solids]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise _damaged(path, f"it is no STL file, or a damaged one ({error})") from error
-    if not len(mesh.faces):
+    if not corners:
         raise _damaged(path, "no triangles were found in it: it is empty, cut short, or no STL file")
+    vertices_um = np.concatenate(corners) * um_per_unit
     if not np.isfinite(vertices_um).all():
         raise _damaged(path, "some of its positions are not finite numbers")
     if np.ptp(vertices_um, axis=0).max() < _LEAST_SIZE_UM or np.abs(vertices_um).max() > _FARTHEST_UM:
@@ -111,7 +113,7 @@ def _load(path: Path, um_per_unit: float) -> "Trimesh":
             where=path,
             remedy="Check the mesh, and how many µm a unit of it is",
         )
-    return mesh
+    return trimesh.Trimesh(vertices_um, np.arange(len(vertices_um)).reshape(-1, 3), process=False)
 
 
 def _content(path: Path) -> bytes:
