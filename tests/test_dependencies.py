@@ -9,8 +9,8 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-# pydantic brings its core, in the one version that fits.
-COMES_WITH = {"pydantic-core": "pydantic"}
+# pydantic brings its core, in the one version that fits, and onnx what its files are written in.
+COMES_WITH = {"pydantic-core": "pydantic", "protobuf": "onnx"}
 
 
 def normalized(distribution: str) -> str:

@@ -224,8 +224,8 @@ def _profile(place: Array, count: int, target: Target, sigma: float) -> Array:
         return np.asarray(np.maximum(1 - np.abs(steps), 0))
     if target == "gaussian":
         return np.asarray(np.exp(np.square(steps) / (-2 * sigma**2)))
-    # Cut off by the border, and summed over whole voxels, a Gaussian about the place has another mean. The one
-    # whose mean is the place has a logarithm that differs by a linear term, and the mean grows with that term.
+    # Cut off by the border, and summed over whole voxels, a Gaussian about the place has another mean. The
+    # one whose mean is the place has a logarithm that differs by a linear term, and the mean grows with it.
     low, high = np.full(len(place), -60.0), np.full(len(place), 60.0)
     for _ in range(_HALVINGS):
         slope = (low + high) / 2
