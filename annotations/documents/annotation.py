@@ -1,6 +1,6 @@
 """The annotation document: one volume, one annotator, one method. Frozen; changed only by `edits`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
@@ -178,7 +178,8 @@ Part = KeypointAnnotation | BoxAnnotation
 """What a person places, one by one: keypoints or boxes, as the document's method says."""
 
 
-def _refuse_repeats(kind: str, names: list[str]) -> None:
+def refuse_repeats(kind: str, names: Sequence[str]) -> None:
+    """Raise an error about the first name that stands more than once, for a validator of a document."""
     if len(set(names)) == len(names):
         return
     seen: set[str] = set()
@@ -194,13 +195,23 @@ def _refuse_repeats(kind: str, names: list[str]) -> None:
 
 
 def _each_keypoint_once(keypoints: tuple[KeypointAnnotation, ...]) -> tuple[KeypointAnnotation, ...]:
-    _refuse_repeats("keypoint", [keypoint.name for keypoint in keypoints])
+    refuse_repeats("keypoint", [keypoint.name for keypoint in keypoints])
     return keypoints
 
 
 def _each_link_once(boxes: tuple[BoxAnnotation, ...]) -> tuple[BoxAnnotation, ...]:
-    _refuse_repeats("the box of link", [box.link for box in boxes])
+    refuse_repeats("the box of link", [box.link for box in boxes])
     return boxes
+
+
+def check_tool_copy(tool: str, tool_fingerprint: str | None, tool_copy: ToolSpecification | None) -> None:
+    """Raise a ValueError if a document's copy of a tool is not the tool that it names, for a validator."""
+    if tool_copy is None:
+        return
+    if tool_copy.name != tool:
+        raise ValueError(f"tool is {tool!r}, but tool_copy is {tool_copy.name!r}")
+    if tool_fingerprint not in (None, tool_copy.fingerprint):
+        raise ValueError("tool_copy is not the specification that tool_fingerprint names")
 
 
 class Annotation(Record):
@@ -257,12 +268,7 @@ class Annotation(Record):
 
     @model_validator(mode="after")
     def _check_tool(self) -> Self:
-        if self.tool_copy is None:
-            return self
-        if self.tool_copy.name != self.tool:
-            raise ValueError(f"tool is {self.tool!r}, but tool_copy is {self.tool_copy.name!r}")
-        if self.tool_fingerprint not in (None, self.tool_copy.fingerprint):
-            raise ValueError("tool_copy is not the specification that tool_fingerprint names")
+        check_tool_copy(self.tool, self.tool_fingerprint, self.tool_copy)
         return self
 
     @model_validator(mode="after")

@@ -2,16 +2,17 @@
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, Protocol
 
 from pydantic import ValidationError
 
 from annotations import __version__
 from annotations.documents.annotation import SCHEMA, Annotation, with_all_parts
 from annotations.documents.json_text import JsonProblem, layout, line_of, parse_strictly
-from annotations.documents.record import changed, now
+from annotations.documents.record import R, changed, now
 from annotations.documents.write_guard import writing_beside
 from annotations.durable_files import SaveError, replace_durably
 from annotations.errors import UserError, first_problem
@@ -21,17 +22,98 @@ from annotations.geometry.tool_library import find_tool, shipped_tools
 FileIdentity = str
 """SHA-256 of a file's bytes, by which a change by another program is noticed; "" for an absent file."""
 
-_FAMILY = "oct-annotation/"
 _LARGEST_FILE = 64 * 2**20
-_RESTORE = "Correct the file, or take its backup (.bak) beside it"
 
 
 class DocumentError(UserError):
-    """An annotation file that cannot be read as one; the file is untouched."""
+    """A file that cannot be read as the kind of document that it should be; the file is untouched."""
 
 
 class ChangedOnDisk(SaveError):  # noqa: N818 - named for what happened
     """The file is no longer what was read: another program has written it meanwhile."""
+
+
+@dataclass(frozen=True)
+class DocumentFile(Generic[R]):
+    """How a kind of document is read from a file, with every doubt named by its line.
+
+    Attributes
+    ----------
+    model : type
+        What is read.
+    schema : str
+        Such as ``oct-annotation/1``; a newer one has another number.
+    name : str
+        What such a file is called, with its article: ``an annotation file``.
+    mend : str
+        What the user can do about a wrong one, as a sentence without its full stop.
+    """
+
+    model: type[R]
+    schema: str
+    name: str
+    mend: str
+
+    def read(self, path: Path) -> bytes:
+        """Return the bytes of a file; DocumentError where it is absent, not readable or far too large."""
+        try:
+            # A volume that was taken for a document must not fill the memory.
+            if path.stat().st_size > _LARGEST_FILE:
+                raise DocumentError(f"it is too large for {self.name}", where=path, remedy=self._choose)
+            return path.read_bytes()
+        except (OSError, ValueError) as error:
+            # A path that no file can have is a ValueError.
+            raise DocumentError(
+                f"it could not be read ({getattr(error, 'strerror', None) or error})",
+                where=path,
+                remedy="Check that it is a file, and that you may read it",
+            ) from error
+
+    def parse(self, content: bytes, where: object) -> R:
+        """Return what the bytes of a file say; ``where`` is named in a DocumentError."""
+        try:
+            # Some editors begin a file with a byte order mark.
+            text = content.decode("utf-8-sig")
+            fields = parse_strictly(text)
+        except UnicodeDecodeError as error:
+            raise DocumentError("it is not text (UTF-8)", where=where, remedy=self.mend) from error
+        except JsonProblem as error:
+            raise DocumentError(str(error), where=f"{where}, line {error.line}", remedy=self.mend) from error
+        self._check_schema(fields, where)
+        try:
+            return self.model.model_validate(fields)
+        except ValidationError as error:
+            problem = error.errors(include_url=False)[0]
+            repeated = [problem["ctx"]["index"]] if problem["type"] == "repeated" else []
+            line = line_of(text, [*problem["loc"], *repeated])
+            raise DocumentError(
+                first_problem(error), where=f"{where}, line {line}", remedy=self.mend
+            ) from error
+
+    def _check_schema(self, fields: Any, where: object) -> None:
+        schema = fields.get("schema") if isinstance(fields, dict) else None
+        if schema == self.schema:
+            return
+        if isinstance(schema, str) and schema.startswith(f"{self.schema.partition('/')[0]}/"):
+            raise DocumentError(
+                f"it has the schema {schema!r}, and this program ({__version__}) knows {self.schema!r}",
+                where=where,
+                remedy="Open it with the newer version of the program that wrote it",
+            )
+        raise DocumentError(
+            f'it is not {self.name}: "schema" is {schema!r}, not {self.schema!r}',
+            where=where,
+            remedy=self._choose,
+        )
+
+    @property
+    def _choose(self) -> str:
+        return f"Choose {self.name}"
+
+
+ANNOTATION_FILE = DocumentFile(
+    Annotation, SCHEMA, "an annotation file", "Correct the file, or take its backup (.bak) beside it"
+)
 
 
 def load_annotation(path: Path) -> tuple[Annotation, FileIdentity]:
@@ -50,59 +132,13 @@ def load_annotation(path: Path) -> tuple[Annotation, FileIdentity]:
         Absent, not readable, truncated, of a newer schema, or with a field that is unknown, missing or wrong;
         with the line. The file is untouched.
     """
-    try:
-        # A volume that was taken for an annotation must not fill the memory.
-        if path.stat().st_size > _LARGEST_FILE:
-            raise DocumentError(
-                "it is too large for an annotation file", where=path, remedy="Choose an annotation file"
-            )
-        content = path.read_bytes()
-    except (OSError, ValueError) as error:
-        # A path that no file can have is a ValueError.
-        raise DocumentError(
-            f"it could not be read ({getattr(error, 'strerror', None) or error})",
-            where=path,
-            remedy="Check that it is a file, and that you may read it",
-        ) from error
+    content = ANNOTATION_FILE.read(path)
     return parse_annotation(content, path), hashlib.sha256(content).hexdigest()
 
 
 def parse_annotation(content: bytes, where: object) -> Annotation:
     """Read an annotation from the bytes of a file; ``where`` is named in a DocumentError."""
-    try:
-        # Some editors begin a file with a byte order mark.
-        text = content.decode("utf-8-sig")
-        fields = parse_strictly(text)
-    except UnicodeDecodeError as error:
-        raise DocumentError("it is not text (UTF-8)", where=where, remedy=_RESTORE) from error
-    except JsonProblem as error:
-        raise DocumentError(str(error), where=f"{where}, line {error.line}", remedy=_RESTORE) from error
-    _check_schema(fields, where)
-    try:
-        return Annotation.model_validate(fields)
-    except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        location = [*problem["loc"], *([problem["ctx"]["index"]] if problem["type"] == "repeated" else [])]
-        raise DocumentError(
-            first_problem(error), where=f"{where}, line {line_of(text, location)}", remedy=_RESTORE
-        ) from error
-
-
-def _check_schema(fields: Any, where: object) -> None:
-    schema = fields.get("schema") if isinstance(fields, dict) else None
-    if schema == SCHEMA:
-        return
-    if isinstance(schema, str) and schema.startswith(_FAMILY):
-        raise DocumentError(
-            f"it has the schema {schema!r}, and this program ({__version__}) knows {SCHEMA!r}",
-            where=where,
-            remedy="Open it with the newer version of the program that wrote it",
-        )
-    raise DocumentError(
-        f'it is not an annotation file: "schema" is {schema!r}, not {SCHEMA!r}',
-        where=where,
-        remedy="Choose an annotation file",
-    )
+    return ANNOTATION_FILE.parse(content, where)
 
 
 def annotation_bytes(annotation: Annotation) -> bytes:
@@ -115,6 +151,11 @@ def annotation_bytes(annotation: Annotation) -> bytes:
         # What says nothing is left out: most documents are of a first pass that nobody looked around in.
         if not fields[name]:
             del fields[name]
+    return document_bytes(fields)
+
+
+def document_bytes(fields: dict[str, Any]) -> bytes:
+    """Return the bytes of a document's file: UTF-8 JSON, a field a line, and a line a record."""
     # A path that is not Unicode (Linux has such) stands in Python's text as lone surrogates; escaped in this
     # way they are legal JSON, and are read back as they were.
     return layout(fields).encode("utf-8", "backslashreplace")
@@ -208,7 +249,23 @@ def theirs_path(path: Path) -> Path:
             return kept
 
 
-def tool_of(annotation: Annotation, folders: Sequence[Path] = ()) -> ToolSpecification:
+class MadeWithTool(Protocol):
+    """What a document says of the tool that it was made with."""
+
+    @property
+    def tool(self) -> str:
+        """Its name."""
+
+    @property
+    def tool_fingerprint(self) -> str | None:
+        """Of its content, if the document says it."""
+
+    @property
+    def tool_copy(self) -> ToolSpecification | None:
+        """The tool itself, where it does not ship with the program."""
+
+
+def tool_of(document: MadeWithTool, folders: Sequence[Path] = ()) -> ToolSpecification:
     """Return the tool that a document was made with: its own copy, or the one that `find_tool` finds.
 
     Raises
@@ -218,10 +275,10 @@ def tool_of(annotation: Annotation, folders: Sequence[Path] = ()) -> ToolSpecifi
     DocumentError
         The tool found by that name is not the one with which the document was made.
     """
-    if annotation.tool_copy is not None:
-        return annotation.tool_copy
-    tool = find_tool(annotation.tool, folders)
-    if annotation.tool_fingerprint not in (None, tool.fingerprint):
+    if document.tool_copy is not None:
+        return document.tool_copy
+    tool = find_tool(document.tool, folders)
+    if document.tool_fingerprint not in (None, tool.fingerprint):
         raise DocumentError(
             f"it was made with another version of the tool {tool.name!r} than the one found here",
             remedy="Give that version of the specification a name of its own, in the study's folder 'tools'",
