@@ -76,6 +76,8 @@ def _command(name: str) -> Callable[[argparse.Namespace], int]:
             from annotations.cli.export import run
         case "landmarks":
             from annotations.cli.landmarks import run
+        case "train":
+            from annotations.cli.train import run
         case _:
             from annotations.cli.synthesize import run
     return run
@@ -151,6 +153,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_agreement(commands)
     _add_export(commands)
     _add_landmarks(commands)
+    _add_train(commands)
 
     synthesize = _add(
         commands,
@@ -338,6 +341,39 @@ def _add_landmarks(commands: "argparse._SubParsersAction[argparse.ArgumentParser
         "--pattern",
         metavar="REGEX",
         help="what finds the groups rater and session in a file's name, where that is not like Rater01_2",
+    )
+
+
+def _add_train(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    train = _add(
+        commands,
+        "train",
+        "make a checkpoint: a network that finds the keypoints",
+        "Train a network on synthetic volumes, which are made meanwhile, and then on the annotated volumes "
+        "of studies; without a study on synthetic volumes alone. The log and the state are kept beside the "
+        "checkpoint: a training that was interrupted goes on when the same command is given again. Needs the "
+        "extra 'train'.",
+        json_help=None,
+    )
+    train.add_argument("studies", nargs="*", type=Path, metavar="STUDY", help="a study's folder")
+    train.add_argument(
+        "-o", "--output", type=Path, metavar="CHECKPOINT", help="the file to make, .onnx (required)"
+    )
+    train.add_argument(
+        "--config", type=Path, metavar="FILE", help="settings (.toml) in place of the usual ones"
+    )
+    train.add_argument("--tool", metavar="NAME", help="the tool, where no study says it (magnetic-forceps)")
+    train.add_argument(
+        "--restart", action="store_true", help="begin again, and replace what an earlier training left"
+    )
+    train.add_argument(
+        "--threads",
+        type=_at_least(1),
+        metavar="N",
+        help="of the arithmetic (as many as there are processors)",
+    )
+    train.add_argument(
+        "--print-config", action="store_true", help="print all settings as they would be used, and do nothing"
     )
 
 

@@ -1,0 +1,14 @@
+"""What the commands that train need besides what is always installed."""
+
+import importlib.util
+
+from annotations.errors import UserError
+
+
+def require_torch() -> None:
+    """Raise a UserError that says how to install PyTorch where it is absent."""
+    if importlib.util.find_spec("torch") is None:
+        raise UserError(
+            "training needs PyTorch, which is not installed",
+            remedy="Install the extra that brings it: pip install 'oct-annotator[train]'",
+        )

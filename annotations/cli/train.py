@@ -1,0 +1,77 @@
+"""``annotations train``: a checkpoint from synthetic volumes and annotated ones."""
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from annotations.app_folders import tool_folder
+from annotations.cli.learning_extra import require_torch
+from annotations.cli.output import write_text
+from annotations.geometry.tool_library import find_tool
+from annotations.learning.settings import TrainingSettings, read_settings
+
+_STOPPED = 130
+_USUAL_TOOL = "magnetic-forceps"
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Train; return the exit code: 130 where a person stopped it, and it can go on."""
+    settings = read_settings(arguments.config) if arguments.config else TrainingSettings()
+    if arguments.threads is not None:
+        settings = settings.model_copy(update={"threads": arguments.threads})
+    if arguments.print_config:
+        write_text(settings.as_toml().rstrip())
+        return 0
+    if arguments.output is None:
+        arguments.misuse("the following arguments are required: -o/--output")
+    require_torch()
+    import torch
+
+    from annotations.learning.checkpoint_training import train_checkpoint
+    from annotations.learning.examples import AnnotatedExamples
+
+    torch.set_num_threads(settings.threads or os.cpu_count() or 1)
+    tool = find_tool(arguments.tool or _USUAL_TOOL, (tool_folder(),))
+    with _stopping() as stopped:
+        checkpoint = train_checkpoint(
+            settings,
+            tool,
+            AnnotatedExamples(),
+            arguments.output,
+            say=_say,
+            stopped=stopped,
+            restart=arguments.restart,
+        )
+    if checkpoint is None:
+        _say("stopped; the same command goes on from here")
+        return _STOPPED
+    write_text(str(checkpoint.path))
+    return 0
+
+
+def _say(line: str) -> None:
+    sys.stderr.write(line + "\n")
+    sys.stderr.flush()
+
+
+@contextmanager
+def _stopping() -> Iterator[Callable[[], bool]]:
+    """Give what says whether a person asked to stop: once politely, twice at once."""
+    asked = False
+
+    def on_signal(_number: int, _frame: FrameType | None) -> None:
+        nonlocal asked
+        if asked:
+            raise KeyboardInterrupt
+        asked = True
+        _say("stopping after this step; press Ctrl-C again to lose what was learned since the last epoch")
+
+    before = signal.signal(signal.SIGINT, on_signal)
+    try:
+        yield lambda: asked
+    finally:
+        signal.signal(signal.SIGINT, before)

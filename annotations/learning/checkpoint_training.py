@@ -1,0 +1,89 @@
+"""From settings and studies to a checkpoint."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from annotations.documents.record import now
+from annotations.geometry.tool import ToolSpecification
+from annotations.learning.conversion import convert_state
+from annotations.learning.examples import AnnotatedExamples
+from annotations.learning.networks import parameter_count
+from annotations.learning.settings import TrainingSettings
+from annotations.learning.state_file import write_state
+from annotations.learning.training import Training
+from annotations.prediction.checkpoint import Checkpoint
+from annotations.prediction.checkpoint_description import CheckpointDescription, ErrorSummary, TrainingSummary
+
+BEST_FILE = "best.pt"
+
+
+def train_checkpoint(
+    settings: TrainingSettings,
+    tool: ToolSpecification,
+    annotated: AnnotatedExamples,
+    checkpoint: Path,
+    *,
+    say: Callable[[str], None] = lambda _line: None,
+    stopped: Callable[[], bool] = lambda: False,
+    restart: bool = False,
+) -> Checkpoint | None:
+    """Train a network, go on with a training that was interrupted, and write its checkpoint.
+
+    Parameters
+    ----------
+    settings : TrainingSettings
+    tool : ToolSpecification
+    annotated : AnnotatedExamples
+        None of them for a training on synthetic volumes alone.
+    checkpoint : Path
+        The file to write; beside it the training keeps a folder of the same name with ``.training``.
+    say : callable, optional
+        Told one line at a time how it goes.
+    stopped : callable, optional
+        Asked after every step whether to stop.
+    restart : bool
+        Whether to begin again where a training was interrupted.
+
+    Returns
+    -------
+    Checkpoint or None
+        None where it was stopped; the same call goes on from there.
+
+    Raises
+    ------
+    UserError
+        The settings do not fit, or nothing is to be trained on; SaveError where something cannot be written.
+    """
+    training = Training(settings, tool, annotated, checkpoint, say, restart)
+    if not training.run(stopped):
+        return None
+    path = training.folder.path / BEST_FILE
+    write_state(path, _description(training, checkpoint.stem), training.network_settings, training.best)
+    return convert_state(path, checkpoint)
+
+
+def _description(training: Training, name: str) -> CheckpointDescription:
+    settings, progress = training.settings, training.progress
+    return CheckpointDescription(
+        name=name,
+        network=settings.network.kind,
+        parameters=parameter_count(training.network),
+        tool=training.tool,
+        keypoints=training.tool.keypoint_names,
+        sampling=settings.sampling,
+        heatmaps=settings.heatmaps,
+        training=TrainingSummary(
+            synthetic_volumes=progress.synthetic_volumes,
+            studies=training.annotated.studies,
+            annotated_volumes=len(training.annotated.training),
+            epochs=len(progress.rows),
+            seconds=round(progress.seconds, 1),
+            validation_volumes=progress.validation_volumes,
+            validation={
+                name: ErrorSummary(mean=mean, deviation=deviation)
+                for name, (mean, deviation) in progress.best_errors.items()
+            },
+            settings=settings.as_toml(),
+        ),
+        created=now(),
+    )

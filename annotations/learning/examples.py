@@ -1,0 +1,46 @@
+"""Examples: what a network sees of a volume, and where the keypoints are. Needs no torch."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from annotations.volumes.spacing import SpacingUm
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A volume to learn from, or to be judged by.
+
+    Attributes
+    ----------
+    samples : ndarray of float16, shape ``sampling.shape``
+        In the volume's own values, which half as many bits hold well enough.
+    keypoints_um : ndarray of float64, shape (K, 3)
+        In the volume's frame and the tool's order; NaN for those of which nothing is known.
+    spacing_um : (float, float, float)
+        Of the volume that was sampled.
+    """
+
+    samples: NDArray[np.float16]
+    keypoints_um: NDArray[np.float64]
+    spacing_um: SpacingUm
+
+
+@dataclass(frozen=True, eq=False)
+class AnnotatedExamples:
+    """The examples of studies.
+
+    Attributes
+    ----------
+    training, validation : tuple of Example
+    studies : tuple of str
+        Their titles.
+    fingerprint : str
+        Of what the examples were made from.
+    """
+
+    training: tuple[Example, ...] = ()
+    validation: tuple[Example, ...] = ()
+    studies: tuple[str, ...] = ()
+    fingerprint: str = ""
