@@ -1,6 +1,7 @@
 """A study: a folder with volumes, annotators and their annotations, described by ``study.toml``."""
 
 import difflib
+import hashlib
 import re
 import tomllib
 import unicodedata
@@ -27,6 +28,7 @@ _ANNOTATION_NAME = re.compile(
     r"(?P<volume_id>.+)\.(?P<method>keypoints|boxes)(\.repeat(?P<repeat>[1-9]\d*))?\.json"
 )
 _NOT_IN_FOLDERS = frozenset('/\\:*?"<>|')
+_LONGEST_FOLDER_NAME, _LONGEST_CHANGED = 200, 40
 _CONSENSUS_TAKEN = f"no annotator can be called {CONSENSUS!r}: the study's consensus is kept there"
 
 
@@ -299,6 +301,21 @@ def annotation_path(folder: Path, annotator: str, volume_id: str, method: Method
         problem = f"{error}, found {annotator!r}"
         raise StudyError(problem, remedy="Choose another name for the annotator") from error
     return folder / "annotations" / annotator / AnnotationName(volume_id, method, repeat).file_name
+
+
+def folder_name(name: str) -> str:
+    """Return a name that a folder can have on every system, for something with any name.
+
+    Most names stay as they are; of the others, those that differ come to different names.
+    """
+    plain = "".join(
+        "_" if character in _NOT_IN_FOLDERS or not _is_plain_text(character) else character
+        for character in name
+    ).strip(" .")
+    if plain == name and len(name.encode()) <= _LONGEST_FOLDER_NAME:
+        return name
+    digits = hashlib.sha256(name.encode("utf-8", "surrogatepass")).hexdigest()[:8]
+    return f"{plain[:_LONGEST_CHANGED].strip(' .')}-{digits}"
 
 
 def study_folder_of(path: Path) -> Path | None:

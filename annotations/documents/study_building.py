@@ -36,7 +36,7 @@ from annotations.volumes.opening import SUFFIXES
 
 # A person can read one of these out to another.
 _SEEDS = 1_000_000
-_NOT_OF_VOLUMES = frozenset({"annotations", "tools"})
+_NOT_OF_VOLUMES = frozenset({"annotations", "predictions", "tools"})
 _ZARR_SUFFIXES = (".ome.zarr", ".zarr")
 _NAMELESS = "volume"
 
