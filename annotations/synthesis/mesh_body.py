@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull
 
 from annotations.geometry.body import Surface
 from annotations.geometry.kinematics import LinkFrame
@@ -15,25 +16,45 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
+class MeshShape:
+    """A closed mesh in a frame of its own, whose origin is the base of a link.
+
+    Attributes
+    ----------
+    mesh : Mesh
+    """
+
+    mesh: Mesh
+
+    @cached_property
+    def outermost_um(self) -> Array:
+        """The vertices of the convex hull, shape (k, 3): they alone decide how much room a pose takes."""
+        return np.asarray(self.mesh.vertices_um[ConvexHull(self.mesh.vertices_um).vertices])
+
+
+@dataclass(frozen=True, eq=False)
 class MeshBody:
     """A closed mesh where it stands in the volume; light ends on it as on a `LinkBody`.
 
     Attributes
     ----------
-    mesh : Mesh
-        In the volume's frame.
+    shape : MeshShape
+    frame : LinkFrame
+        Where its own frame stands in the volume's.
     """
 
-    mesh: Mesh
+    shape: MeshShape
+    frame: LinkFrame
 
-    @classmethod
-    def posed(cls, mesh: Mesh, frame: LinkFrame) -> "MeshBody":
-        """Return the body of a mesh whose vertices are in the frame of a link: its base is the origin."""
-        return cls(Mesh(frame.base_um + mesh.vertices_um @ frame.axes.T, mesh.triangles))
+    @cached_property
+    def mesh(self) -> Mesh:
+        """The mesh in the volume's frame."""
+        return Mesh(self._placed_um(self.shape.mesh.vertices_um), self.shape.mesh.triangles)
 
     def bounds_um(self) -> tuple[Array, Array]:
         """Return the lowest and the highest position in µm along each axis, shape (3,) each."""
-        return self.mesh.vertices_um.min(axis=0), self.mesh.vertices_um.max(axis=0)
+        outermost_um = self._placed_um(self.shape.outermost_um)
+        return outermost_um.min(axis=0), outermost_um.max(axis=0)
 
     def first_hit(self, x_um: ArrayLike, y_um: ArrayLike) -> Surface:
         """Return where light along +z meets this body in columns at x and y in µm, shapes (n,)."""
@@ -44,6 +65,9 @@ class MeshBody:
             first = found.depth_um == surface.depth_um[found.column]
             surface.facing[found.column[first]] = self._facing[found.triangle[first]]
         return surface
+
+    def _placed_um(self, positions_um: Array) -> Array:
+        return np.asarray(self.frame.base_um + positions_um @ self.frame.axes.T)
 
     @cached_property
     def _facing(self) -> Array:

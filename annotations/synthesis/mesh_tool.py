@@ -17,9 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from annotations.geometry.kinematics import ToolPose, link_frames
-from annotations.geometry.meshes import Mesh
 from annotations.geometry.tool import ToolSpecification
-from annotations.synthesis.mesh_body import MeshBody
+from annotations.synthesis.mesh_body import MeshBody, MeshShape
 from annotations.synthesis.mesh_file import MeshError, ReadMesh, read_mesh
 
 UM_PER_MM = 1000.0
@@ -105,7 +104,7 @@ class MeshTool(ABC):
     def nearest_pose(self, pose: ToolPose) -> ToolPose:
         """Return the pose with the nearest angles that there are: the one that is true of `bodies`."""
 
-    def _read(self, path: Path, expected_um: float) -> Mesh:
+    def _read(self, path: Path, expected_um: float) -> MeshShape:
         found: ReadMesh = read_mesh(path, self._um_per_unit)
         size_um = float(np.linalg.norm(np.ptp(found.mesh.vertices_um, axis=0)))
         if not expected_um / _LIKELY < size_um < expected_um * _LIKELY:
@@ -117,7 +116,7 @@ class MeshTool(ABC):
             )
         if found.repairs:
             self.repairs[path] = found.repairs
-        return found.mesh
+        return MeshShape(found.mesh)
 
 
 class _LinkMeshes(MeshTool):
@@ -129,12 +128,11 @@ class _LinkMeshes(MeshTool):
                 f"the tool {tool.name!r} has no mesh for {', '.join(lacking)}",
                 remedy="Give one STL file for each link",
             )
-        self._meshes = {link.name: self._read(files[link.name], link.length_um) for link in tool.links}
+        self._shapes = {link.name: self._read(files[link.name], link.length_um) for link in tool.links}
 
     def bodies(self, pose: ToolPose) -> dict[str, MeshBody]:
         return {
-            name: MeshBody.posed(self._meshes[name], frame)
-            for name, frame in link_frames(pose, self.tool).items()
+            name: MeshBody(self._shapes[name], frame) for name, frame in link_frames(pose, self.tool).items()
         }
 
     def angles_deg(self, rng: np.random.Generator) -> dict[str, float]:
@@ -165,7 +163,7 @@ class _ConfigurationMeshes(MeshTool):
             )
         self._angles_deg = angles_deg[legal]
         self._paths = [path for (_, path), kept in zip(configurations, legal, strict=True) if kept]
-        self._kept: dict[int, Mesh] = {}
+        self._kept: dict[int, MeshShape] = {}
         self._length_um = sum(link.length_um for link in tool.links)
 
     def bodies(self, pose: ToolPose) -> dict[str, MeshBody]:
@@ -173,7 +171,7 @@ class _ConfigurationMeshes(MeshTool):
         if root is None:
             return {}
         frame = link_frames(pose, self.tool)[root.name]
-        return {self.tool.name: MeshBody.posed(self._mesh(self._nearest(pose)), frame)}
+        return {self.tool.name: MeshBody(self._shape(self._nearest(pose)), frame)}
 
     def angles_deg(self, rng: np.random.Generator) -> dict[str, float]:
         return self._named(int(rng.integers(len(self._paths))))
@@ -189,15 +187,18 @@ class _ConfigurationMeshes(MeshTool):
         wanted = [pose.angles_deg.get(joint.name, 0.0) for joint in self.tool.joints]
         return int(np.square(self._angles_deg - wanted).sum(axis=1).argmin())
 
-    def _mesh(self, index: int) -> Mesh:
-        mesh = self._kept.pop(index, None)
-        if mesh is None:
-            mesh = self._read(self._paths[index], self._length_um)
+    def _shape(self, index: int) -> MeshShape:
+        shape = self._kept.pop(index, None)
+        if shape is None:
+            shape = self._read(self._paths[index], self._length_um)
         # Last in the order, and so the last to be given up.
-        self._kept[index] = mesh
-        while len(self._kept) > 1 and sum(len(kept.triangles) for kept in self._kept.values()) > _MOST_KEPT:
+        self._kept[index] = shape
+        while len(self._kept) > 1 and self._triangles_kept() > _MOST_KEPT:
             del self._kept[next(iter(self._kept))]
-        return mesh
+        return shape
+
+    def _triangles_kept(self) -> int:
+        return sum(len(shape.mesh.triangles) for shape in self._kept.values())
 
 
 def mesh_tool(tool: ToolSpecification, folder: Path, um_per_unit: float) -> MeshTool:

@@ -20,16 +20,16 @@ FORCEPS = shipped_tools()["magnetic-forceps"]
 NEEDLE = shipped_tools()["needle"]
 GRID = Grid.over_workspace((40, 60, 40))
 
-poses = st.builds(
-    lambda x, y, turn, theta1, theta2: ToolPose(
-        (x, y, 5000.0), rotations.quaternion(turn), {"theta1": theta1, "theta2": theta2}
-    ),
-    st.floats(6000, 11000),
-    st.floats(10000, 16000),
-    st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda values: np.linalg.norm(values) > 0.1),
-    st.floats(-90, 90),
-    st.floats(0, 90),
-)
+
+def random_pose(seed: int) -> ToolPose:
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(6000, 11000), rng.uniform(10000, 16000)
+    angles_deg = {"theta1": rng.uniform(-90, 90), "theta2": rng.uniform(0, 90)}
+    return ToolPose((x, y, 5000.0), rotations.quaternion(rng.normal(size=4)), angles_deg)
+
+
+# By a seed, so that no outline runs along columns: there, 24 bits decide what is met.
+poses = st.builds(random_pose, st.integers(0, 10**6))
 
 
 def link_shapes() -> dict[str, trimesh.Trimesh]:
@@ -104,7 +104,7 @@ def test_a_mesh_for_the_configuration_shows_what_those_of_the_links_show(
     assert configurations.bodies(pose).keys() == {"magnetic-forceps"}
     apart = ~np.isclose(ours.depth_um, theirs.depth_um, atol=0.1)
     # Files hold 24 bits of a number: a column at the very outline may pass on either side.
-    assert apart.sum() <= 2
+    assert apart.sum() <= 1
 
 
 def test_the_nearest_configuration_is_what_is_true(configurations: MeshTool) -> None:
