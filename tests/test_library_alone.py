@@ -48,7 +48,8 @@ def test_every_module_of_the_library_imports() -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["synthesize", "info", "targets", "convert", "check", "agreement", "export", "landmarks"]
+    "command",
+    ["synthesize", "info", "targets", "convert", "check", "agreement", "export", "landmarks", "predict"],
 )
 def test_every_command_explains_itself(command: str) -> None:
     done = run_without_screen_packages(

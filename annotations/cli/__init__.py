@@ -76,6 +76,8 @@ def _command(name: str) -> Callable[[argparse.Namespace], int]:
             from annotations.cli.export import run
         case "landmarks":
             from annotations.cli.landmarks import run
+        case "predict":
+            from annotations.cli.predict import run
         case "train":
             from annotations.cli.train import run
         case _:
@@ -377,6 +379,29 @@ def _add_train(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     )
 
 
+def _add_predict(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    predict = _add(
+        commands,
+        "predict",
+        "let a checkpoint find the keypoints in volumes",
+        "Predict the keypoints of each volume, a full or a real-time one, fit the tool's pose to them, and "
+        "write both to a file. Of a study, all volumes are predicted, into its folder predictions/<name of "
+        "the checkpoint>. Earlier predictions are replaced; no other file ever is.",
+    )
+    predict.add_argument("checkpoint", type=Path, metavar="CHECKPOINT", help="a checkpoint (.onnx)")
+    predict.add_argument("volumes", nargs="*", type=Path, metavar="VOLUME", help="a file, or a Zarr folder")
+    predict.add_argument("-o", "--output", type=Path, metavar="DIR", help="where the predictions go")
+    predict.add_argument("--study", type=Path, metavar="STUDY", help="a study's folder, in place of volumes")
+    predict.add_argument("--dataset", metavar="NAME", help="which array, where a file holds several")
+    predict.add_argument(
+        "--spacing-um",
+        nargs=3,
+        type=_length,
+        metavar=("X", "Y", "Z"),
+        help="how far apart voxels are along axes 0, 1, 2 (what the volume or the study says by default)",
+    )
+
+
 def _add(
     commands: "argparse._SubParsersAction[argparse.ArgumentParser]",
     name: str,
@@ -400,6 +425,16 @@ def _angle(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not an angle")
     # Without the sign of a negative zero, which would be written down and shown.
     return angle_deg + 0.0
+
+
+def _length(text: str) -> float:
+    try:
+        length_um = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not (math.isfinite(length_um) and length_um > 0):
+        raise argparse.ArgumentTypeError(f"no voxel is {text} µm long")
+    return length_um
 
 
 def _at_least(least: int) -> Callable[[str], int]:

@@ -1,0 +1,247 @@
+"""The errors of one checkpoint, volume by volume and over all, beside how far people are apart themselves."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from annotations import __version__
+from annotations.documents.record import Method, Moment, Record, now
+from annotations.geometry.frames import Vector
+from annotations.geometry.tool import ToolSpecification
+from annotations.prediction.prediction import CheckpointReference, Prediction
+from annotations.prediction.prediction_errors import (
+    ErrorFigures,
+    ErrorOverview,
+    PredictionErrors,
+    error_figures,
+    positions_array_um,
+    prediction_errors,
+    summarise,
+)
+
+SCHEMA: Literal["oct-errors/1"] = "oct-errors/1"
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedPrediction:
+    """A prediction, and what is true of its volume.
+
+    Attributes
+    ----------
+    volume_id : str
+    prediction : Prediction
+    truth_um : mapping of str to (float, float, float)
+        Position in µm of each keypoint that the truth has.
+    whose : str
+        Annotator who speaks for the volume.
+    """
+
+    volume_id: str
+    prediction: Prediction
+    truth_um: Mapping[str, Vector]
+    whose: str
+
+
+class HumanFloor(Record):
+    """How far the annotators of the same volumes are apart, by the published statistic.
+
+    Of each volume with two annotators or more the mean distance from the mean of all; see
+    `annotations.agreement.deviation`.
+
+    Attributes
+    ----------
+    method : str
+        By which they annotated.
+    targets : mapping of str to ErrorFigures
+        In the units of the errors.
+    volumes : mapping of str to (mapping of str to float)
+        Of each volume, by target.
+    """
+
+    method: Method
+    targets: Mapping[str, ErrorFigures] = {}
+    volumes: Mapping[str, Mapping[str, float]] = {}
+
+
+class ErrorsOfVolume(Record):
+    """The errors of one prediction; a target or keypoint that cannot be compared is absent.
+
+    Attributes
+    ----------
+    volume, whose : str
+        The volume's id, and the annotator who speaks for it.
+    targets, targets_by_fit : mapping of str to float
+        By ``position_mm``, ``orientation_deg`` and ``<angle>_deg``: of the predicted keypoints by the
+        published formulas, and of the keypoints of the fitted pose.
+    keypoints_um, keypoints_by_fit_um : mapping of str to float
+        Distance of each keypoint.
+    missing : tuple of str
+        Keypoints that the truth has, and the prediction has not.
+    out_of_view : tuple of str
+        Keypoints that lie outside of the volume.
+    presence : float
+        Confidence in the keypoint that the network is least sure of, 0 to 1.
+    residual_um : float or None
+        Root mean square by which the fitted pose misses the keypoints; None where there is no pose.
+    left_out : tuple of str
+        Keypoints that do not count in the fit.
+    """
+
+    volume: str
+    whose: str
+    targets: Mapping[str, float] = {}
+    targets_by_fit: Mapping[str, float] = {}
+    keypoints_um: Mapping[str, float] = {}
+    keypoints_by_fit_um: Mapping[str, float] = {}
+    missing: tuple[str, ...] = ()
+    out_of_view: tuple[str, ...] = ()
+    presence: float
+    residual_um: float | None = None
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def mean_keypoint_um(self) -> float | None:
+        """Mean distance of the keypoints; None where none can be compared."""
+        return float(np.mean(list(self.keypoints_um.values()))) if self.keypoints_um else None
+
+
+class UnjudgedVolume(Record):
+    """A volume whose prediction has no row, and why, as a sentence without its full stop."""
+
+    volume: str
+    reason: str
+
+
+class ErrorTable(Record):
+    """The errors of one checkpoint.
+
+    Attributes
+    ----------
+    title : str
+        The study's.
+    tool : str
+    checkpoint : CheckpointReference or None
+        None where nothing was judged.
+    rows : tuple of ErrorsOfVolume
+    by_formulas, by_fit : ErrorOverview
+        Over the rows: by the published formulas of the predicted keypoints, and of the fitted pose's.
+    out_of_view_share : float or None
+        Of the keypoints that the truth has, which share lies outside of the volume.
+    missing_share : float or None
+        Of these, which share the network did not find.
+    human : HumanFloor or None
+        Where the study has several annotators.
+    unjudged : tuple of UnjudgedVolume
+    """
+
+    schema_id: Literal["oct-errors/1"] = Field(default=SCHEMA, alias="schema")
+    title: str
+    tool: str
+    checkpoint: CheckpointReference | None = None
+    rows: tuple[ErrorsOfVolume, ...] = ()
+    by_formulas: ErrorOverview = ErrorOverview()
+    by_fit: ErrorOverview = ErrorOverview()
+    out_of_view_share: float | None = None
+    missing_share: float | None = None
+    human: HumanFloor | None = None
+    unjudged: tuple[UnjudgedVolume, ...] = ()
+    created: Moment
+    program: str = __version__
+
+
+def error_table(
+    judged: Sequence[JudgedPrediction],
+    tool: ToolSpecification,
+    *,
+    title: str = "",
+    human: HumanFloor | None = None,
+    unjudged: Sequence[UnjudgedVolume] = (),
+) -> ErrorTable:
+    """Return the errors of one checkpoint's predictions.
+
+    Parameters
+    ----------
+    judged : sequence of JudgedPrediction
+        Of one checkpoint, each of another volume.
+    tool : ToolSpecification
+        Names the keypoints and the targets.
+    """
+    true_um = positions_array_um([each.truth_um for each in judged], tool)
+    predicted_um = positions_array_um([each.prediction.positions_um for each in judged], tool)
+    fitted_um = positions_array_um(
+        [each.prediction.pose.keypoints_um if each.prediction.pose else {} for each in judged], tool
+    )
+    by_formulas = prediction_errors(predicted_um, true_um, tool)
+    by_fit = prediction_errors(fitted_um, true_um, tool)
+    rows = tuple(_row(each, place, by_formulas, by_fit, tool) for place, each in enumerate(judged))
+    known = sum(len(each.truth_um) for each in judged)
+    return ErrorTable(
+        title=title,
+        tool=tool.name,
+        checkpoint=judged[0].prediction.checkpoint if judged else None,
+        rows=rows,
+        by_formulas=summarise(by_formulas, tool),
+        by_fit=summarise(by_fit, tool),
+        out_of_view_share=sum(len(row.out_of_view) for row in rows) / known if known else None,
+        missing_share=sum(len(row.missing) for row in rows) / known if known else None,
+        human=human,
+        unjudged=tuple(unjudged),
+        created=now(),
+    )
+
+
+def human_floor(
+    method: Method, volumes: Sequence[str], deviations: Mapping[str, NDArray[np.float64]]
+) -> HumanFloor | None:
+    """Return how far people are apart, of deviations of shape (V,) by target, in the units of errors.
+
+    None where no volume has two annotators.
+    """
+    figures = {name: error_figures(values, np.zeros(1, dtype=bool)) for name, values in deviations.items()}
+    if not any(each.n for each in figures.values()):
+        return None
+    by_volume = {
+        volume: _known({name: values[place] for name, values in deviations.items()})
+        for place, volume in enumerate(volumes)
+    }
+    return HumanFloor(
+        method=method,
+        targets=figures,
+        volumes={volume: targets for volume, targets in by_volume.items() if targets},
+    )
+
+
+def _row(
+    judged: JudgedPrediction,
+    place: int,
+    by_formulas: PredictionErrors,
+    by_fit: PredictionErrors,
+    tool: ToolSpecification,
+) -> ErrorsOfVolume:
+    prediction, names = judged.prediction, tool.keypoint_names
+    is_missing = by_formulas.keypoints_missing[place]
+    return ErrorsOfVolume(
+        volume=judged.volume_id,
+        whose=judged.whose,
+        targets=_known({name: values[place] for name, values in by_formulas.targets.items()}),
+        targets_by_fit=_known({name: values[place] for name, values in by_fit.targets.items()}),
+        keypoints_um=_known(dict(zip(names, by_formulas.keypoints_um[place], strict=True))),
+        keypoints_by_fit_um=_known(dict(zip(names, by_fit.keypoints_um[place], strict=True))),
+        missing=tuple(name for name, each in zip(names, is_missing, strict=True) if each),
+        out_of_view=tuple(
+            name
+            for name in names
+            if name in judged.truth_um and not prediction.volume.contains(judged.truth_um[name])
+        ),
+        presence=min((each.confidence.presence for each in prediction.keypoints), default=0.0),
+        residual_um=None if prediction.pose is None else prediction.pose.rms_um,
+        left_out=() if prediction.pose is None else prediction.pose.left_out,
+    )
+
+
+def _known(values: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(value) for name, value in values.items() if np.isfinite(value)}
