@@ -1,25 +1,30 @@
 """Synthetic volumes of a tool with exact annotations."""
 
+from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIONS, SceneConditions
 from annotations.synthesis.demo import make_demo_study
 from annotations.synthesis.grid import FULL_SHAPE, REALTIME_SHAPE, Grid
 from annotations.synthesis.network_volume import network_volume
 from annotations.synthesis.scanner import Scanner
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
 from annotations.synthesis.synthetic_study import write_study
-from annotations.synthesis.truth import truth_annotation
+from annotations.synthesis.truth import truth_annotation, truth_boxes
 from annotations.synthesis.volume_file import write_volume
 
 __all__ = [
     "FULL_SHAPE",
+    "PLAIN_CONDITIONS",
     "REALTIME_SHAPE",
+    "TRAINING_CONDITIONS",
     "Grid",
     "Scanner",
     "Scene",
+    "SceneConditions",
     "SceneSeed",
     "make_demo_study",
     "network_volume",
     "random_scene",
     "truth_annotation",
+    "truth_boxes",
     "write_study",
     "write_volume",
 ]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from annotations.geometry.body import Surface, surface_from_above
+from annotations.geometry.body import Surface
 from annotations.synthesis.grey_noise import GREATEST_GREY, Moments
 from annotations.synthesis.grid import Grid
 from annotations.synthesis.scanner import Depths, Scanner
@@ -49,7 +49,7 @@ def network_volume(scene: Scene, sampling: Sampling) -> NDArray[np.float32]:
         grid.axis_um(axis)[sampled_voxels(sampling, grid.spacing_um, grid.shape, axis)] for axis in (0, 1)
     )
     cells = depth_cells(sampling, grid.spacing_um, grid.shape)
-    found = surface_from_above(scene.bodies.values(), x_um, y_um)
+    found = scene.surface_at(x_um, y_um)
     surface = Surface(found.depth_um.ravel(), found.facing.ravel())
     shape = (len(surface.depth_um), len(cells) - 1)
     bits = scene.sampled_bits(shape)

@@ -1,6 +1,6 @@
 """Random legal poses of a tool inside a scanner's workspace."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,17 +8,16 @@ from numpy.typing import NDArray
 
 from annotations.errors import UserError
 from annotations.geometry import rotations
-from annotations.geometry.body import LinkBody, link_bodies
+from annotations.geometry.body import LinkBody, SolidBody, link_bodies
 from annotations.geometry.frames import Vector, vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotations.geometry.tool import ToolSpecification
+from annotations.synthesis.mesh_tool import MeshTool
 
 Array = NDArray[np.float64]
 
 _CLEARANCE_UM = 300.0
 """Least depth of the tool's surface, so that its whole front is in the volume."""
-_TILT_DEG = 15.0
-"""Largest tilt of the root link out of the plane across the light."""
 _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 _SLACK_UM = 1e-3
 _TURNS_PER_ANGLES = 200
@@ -26,7 +25,12 @@ _DRAWS_OF_ANGLES = 6
 
 
 def random_pose(
-    tool: ToolSpecification, rng: np.random.Generator, extent_um: Vector, deepest_um: float
+    tool: ToolSpecification,
+    rng: np.random.Generator,
+    extent_um: Vector,
+    deepest_um: float,
+    largest_tilt_deg: float = 15.0,
+    mesh: MeshTool | None = None,
 ) -> ToolPose:
     """Return a random pose with the whole tool inside the volume and its keypoints within the signal.
 
@@ -42,6 +46,10 @@ def random_pose(
         Position of the volume's last voxel; axis 2 is depth.
     deepest_um : float
         Largest depth of a keypoint.
+    largest_tilt_deg : float
+        Tilt of the root link out of the plane across the light, either way.
+    mesh : MeshTool, optional
+        The tool's body, instead of that of its specification; its joints stand as a mesh of it does.
 
     Raises
     ------
@@ -55,15 +63,18 @@ def random_pose(
         )
     room_um = np.array(extent_um) - [0.0, 0.0, _CLEARANCE_UM] + _SLACK_UM
     for _ in range(_DRAWS_OF_ANGLES):
-        angles_deg = {joint.name: float(rng.uniform(*joint.limits_deg)) for joint in tool.joints}
+        if mesh is None:
+            angles_deg = {joint.name: float(rng.uniform(*joint.limits_deg)) for joint in tool.joints}
+        else:
+            angles_deg = mesh.angles_deg(rng)
         outline = _Outline.of(link_bodies(ToolPose((0.0, 0.0, 0.0), _UNTURNED, angles_deg), tool).values())
         for _ in range(_TURNS_PER_ANGLES):
-            rotation_wxyz = _random_rotation(rng)
+            rotation_wxyz = _random_rotation(rng, largest_tilt_deg)
             # Most rotations are refused, so that is decided fast; the rest are measured again, exactly.
-            if np.any(outline.span_um(rotation_wxyz) > room_um):
+            if mesh is None and np.any(outline.span_um(rotation_wxyz) > room_um):
                 continue
             pose = ToolPose((0.0, 0.0, 0.0), rotation_wxyz, angles_deg)
-            lowest, highest = _free_um(pose, tool, extent_um, deepest_um)
+            lowest, highest = _free_um(pose, tool, mesh, extent_um, deepest_um)
             if np.all(lowest <= highest):
                 return ToolPose(vector(rng.uniform(lowest, highest)), rotation_wxyz, angles_deg)
     raise UserError(
@@ -108,10 +119,11 @@ class _Outline:
 
 
 def _free_um(
-    pose: ToolPose, tool: ToolSpecification, extent_um: Vector, deepest_um: float
+    pose: ToolPose, tool: ToolSpecification, mesh: MeshTool | None, extent_um: Vector, deepest_um: float
 ) -> tuple[Array, Array]:
     """Return the lowest and the highest shift of a pose that `random_pose` allows, shape (3,) each."""
-    bounds = [body.bounds_um() for body in link_bodies(pose, tool).values()]
+    bodies: Mapping[str, SolidBody] = link_bodies(pose, tool) if mesh is None else mesh.bodies(pose)
+    bounds = [body.bounds_um() for body in bodies.values()]
     lowest = np.array([0.0, 0.0, _CLEARANCE_UM]) - np.min([low for low, _ in bounds], axis=0)
     highest = np.array(extent_um) - np.max([high for _, high in bounds], axis=0)
     deepest = max(position[2] for position in keypoints_um(pose, tool).values())
@@ -119,7 +131,7 @@ def _free_um(
     return lowest, highest
 
 
-def _random_rotation(rng: np.random.Generator) -> rotations.Quaternion:
+def _random_rotation(rng: np.random.Generator, largest_tilt_deg: float) -> rotations.Quaternion:
     yaw, roll = rng.uniform(-180, 180, size=2)
-    tilt = rng.uniform(-_TILT_DEG, _TILT_DEG)
+    tilt = rng.uniform(-largest_tilt_deg, largest_tilt_deg)
     return rotations.from_yaw_pitch_roll(yaw, tilt, roll)

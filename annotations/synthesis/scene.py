@@ -7,14 +7,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from annotations.geometry.body import LinkBody, Surface, link_bodies, surface_from_above
+from annotations.geometry.body import LinkBody, SolidBody, Surface, link_bodies, surface_from_above
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.tool import ToolSpecification
+from annotations.synthesis.clutter import random_clutter
+from annotations.synthesis.conditions import PLAIN_CONDITIONS, SceneConditions
 from annotations.synthesis.grid import Grid
+from annotations.synthesis.mesh_tool import MeshTool
+from annotations.synthesis.out_of_view import moved_out_of_view
 from annotations.synthesis.poses import random_pose
 from annotations.synthesis.scanner import Scanner
 
-_POSE, _SPECKLE, _SAMPLED = 0, 1, 2
+_POSE, _SPECKLE, _SAMPLED, _SCANNER, _VIEW, _CLUTTER = range(6)
 """Branches of a scene's seed, so that neither depends on how many numbers the other has used."""
 
 
@@ -32,7 +36,7 @@ class SceneSeed:
 
 @dataclass(frozen=True)
 class Scene:
-    """A posed tool before a scanner.
+    """A posed tool before a scanner, and what else lies there.
 
     Attributes
     ----------
@@ -42,6 +46,10 @@ class Scene:
         Of the speckle. Each plane has its own branch: it looks the same whichever others are made.
     grid : Grid
     scanner : Scanner
+    clutter : tuple of LinkBody
+        Other bodies than the tool's.
+    mesh : MeshTool or None
+        The tool's body, instead of that of its specification.
     """
 
     tool: ToolSpecification
@@ -49,16 +57,24 @@ class Scene:
     seed: SceneSeed
     grid: Grid = field(default_factory=Grid)
     scanner: Scanner = field(default_factory=Scanner)
+    clutter: tuple[LinkBody, ...] = ()
+    mesh: MeshTool | None = None
 
     @cached_property
-    def bodies(self) -> dict[str, LinkBody]:
-        """The body of each link, by the link's name."""
-        return link_bodies(self.pose, self.tool)
+    def bodies(self) -> dict[str, SolidBody]:
+        """The bodies of the tool: each by its link's name, or a mesh of all by the tool's."""
+        if self.mesh is None:
+            return dict(link_bodies(self.pose, self.tool))
+        return dict(self.mesh.bodies(self.pose))
 
     @cached_property
     def surface(self) -> Surface:
         """What the light meets first in each column; of shape (nx, ny)."""
-        return surface_from_above(self.bodies.values(), self.grid.axis_um(0), self.grid.axis_um(1))
+        return self.surface_at(self.grid.axis_um(0), self.grid.axis_um(1))
+
+    def surface_at(self, x_um: NDArray[np.float64], y_um: NDArray[np.float64]) -> Surface:
+        """Return what the light meets first in the columns at x and y in µm; see `surface_from_above`."""
+        return surface_from_above((*self.bodies.values(), *self.clutter), x_um, y_um)
 
     def plane(self, index: int) -> NDArray[np.uint8]:
         """Return the grey values of the voxels with one index along axis 0, shape (ny, nz)."""
@@ -82,18 +98,57 @@ class Scene:
 
 
 def random_scene(
-    tool: ToolSpecification, seed: SceneSeed, grid: Grid | None = None, scanner: Scanner | None = None
+    tool: ToolSpecification,
+    seed: SceneSeed,
+    grid: Grid | None = None,
+    scanner: Scanner | None = None,
+    conditions: SceneConditions = PLAIN_CONDITIONS,
+    mesh: MeshTool | None = None,
 ) -> Scene:
     """Return a scene with the tool in a random legal pose.
 
-    The pose depends on the seed and the workspace alone: grids of different fineness show the same scene.
+    It depends on the seed, the conditions and the workspace alone: grids of different fineness show the same
+    scene.
+
+    Parameters
+    ----------
+    tool : ToolSpecification
+    seed : SceneSeed
+    grid : Grid, optional
+        The full volume's by default.
+    scanner : Scanner, optional
+        Where the conditions leave it as it is.
+    conditions : SceneConditions
+        What else is random; by default nothing is.
+    mesh : MeshTool, optional
+        The tool's body, instead of that of its specification.
 
     Raises
     ------
     UserError
-        The tool has no links, or does not fit into the workspace.
+        The tool has no links, does not fit into the workspace, or a mesh of it cannot be used.
     """
-    scanner = scanner or Scanner()
-    rng = np.random.Generator(np.random.SFC64(seed.sequence(_POSE)))
-    pose = random_pose(tool, rng, Grid().extent_um, scanner.signal_end_um)
-    return Scene(tool, pose, seed, grid or Grid(), scanner)
+    workspace = Grid()
+    scanner = conditions.random_scanner(scanner or Scanner(), _generator(seed, _SCANNER))
+    pose = random_pose(
+        tool,
+        _generator(seed, _POSE),
+        workspace.extent_um,
+        scanner.signal_end_um,
+        conditions.largest_tilt_deg,
+        mesh,
+    )
+    rng = _generator(seed, _VIEW)
+    if rng.random() < conditions.out_of_view_probability:
+        share = rng.uniform(0, conditions.largest_out_of_view_share)
+        pose = moved_out_of_view(pose, tool, workspace, share, heading_deg=rng.uniform(0, 360))
+    rng = _generator(seed, _CLUTTER)
+    count = int(rng.integers(*conditions.clutter, endpoint=True))
+    clutter = random_clutter(
+        rng, link_bodies(pose, tool).values(), count, conditions.clutter_size_um, workspace.extent_um
+    )
+    return Scene(tool, pose, seed, grid or workspace, scanner, clutter, mesh)
+
+
+def _generator(seed: SceneSeed, branch: int) -> np.random.Generator:
+    return np.random.Generator(np.random.SFC64(seed.sequence(branch)))

@@ -6,20 +6,28 @@ import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from annotations.documents.annotation import Annotation, VolumeReference
 from annotations.documents.files import save_annotation, ships
+from annotations.documents.record import Method
 from annotations.documents.study import STUDY_FILE, Study, StudyVolume, annotation_path, save_study
 from annotations.documents.volume_link import reference_to
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import write_tool
+from annotations.synthesis.conditions import PLAIN_CONDITIONS, SceneConditions
 from annotations.synthesis.grid import Grid
-from annotations.synthesis.scene import SceneSeed, random_scene
-from annotations.synthesis.truth import ANNOTATOR, truth_annotation
+from annotations.synthesis.mesh_tool import MeshTool
+from annotations.synthesis.scene import Scene, SceneSeed, random_scene
+from annotations.synthesis.truth import ANNOTATOR, truth_annotation, truth_boxes
 from annotations.synthesis.volume_file import write_volume
 from annotations.volumes import fingerprint, open_volume, write_sidecar
 
 _DEPTH_AXIS = 2
+_TRUTH: dict[Method, Callable[[Scene, VolumeReference], Annotation]] = {
+    "keypoints": truth_annotation,
+    "boxes": truth_boxes,
+}
 
 
 def write_study(
@@ -31,6 +39,9 @@ def write_study(
     shape: tuple[int, int, int],
     title: str = "Synthetic volumes",
     annotators: Sequence[str] = (),
+    truth_methods: Sequence[Method] = ("keypoints",),
+    conditions: SceneConditions = PLAIN_CONDITIONS,
+    mesh: MeshTool | None = None,
     progress: Callable[[float], None] = lambda _share: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Study:
@@ -51,6 +62,12 @@ def write_study(
         Voxels of each volume, over the whole workspace.
     annotators : sequence of str
         Those who are to annotate; the truth is listed before them.
+    truth_methods : sequence of {"keypoints", "boxes"}
+        Of which documents the truth is written.
+    conditions : SceneConditions
+        How far the volumes differ.
+    mesh : MeshTool, optional
+        The tool's body, instead of that of its specification.
     progress, cancelled : callable, optional
         As in `write_volume`, for the whole study.
 
@@ -74,14 +91,11 @@ def write_study(
     try:
         for number in range(count):
             volume = StudyVolume(id=f"v{number + 1:03d}", path=f"volumes/v{number + 1:03d}.npy")
-            scene = random_scene(tool, SceneSeed(seed, number), grid)
+            scene = random_scene(tool, SceneSeed(seed, number), grid, conditions=conditions, mesh=mesh)
             path = folder / volume.path
             write_volume(scene, path, _part_of(progress, number, count), cancelled)
             write_sidecar(path, grid.spacing_um, _DEPTH_AXIS)
-            truth_path = annotation_path(folder, ANNOTATOR, volume.id, "keypoints")
-            with open_volume(path) as written:
-                reference = reference_to(written, grid.spacing_um, truth_path, fingerprint(written))
-            save_annotation(truth_annotation(scene, reference), truth_path, expected="")
+            _write_truth(scene, folder, volume, truth_methods)
             volumes.append(volume)
         if not ships(tool):
             write_tool(tool, folder / "tools" / f"{tool.name}.toml")
@@ -97,6 +111,15 @@ def write_study(
         _remove_contents(folder, existed)
         raise
     return study
+
+
+def _write_truth(scene: Scene, folder: Path, volume: StudyVolume, methods: Sequence[Method]) -> None:
+    with open_volume(folder / volume.path) as written:
+        mark = fingerprint(written)
+        for method in methods:
+            path = annotation_path(folder, ANNOTATOR, volume.id, method)
+            reference = reference_to(written, scene.grid.spacing_um, path, mark)
+            save_annotation(_TRUTH[method](scene, reference), path, expected="")
 
 
 def _part_of(progress: Callable[[float], None], number: int, count: int) -> Callable[[float], None]:

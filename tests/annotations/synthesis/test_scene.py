@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from annotations.geometry.body import link_bodies
 from annotations.geometry.frames import voxel_to_um
 from annotations.geometry.tool_library import shipped_tools
 from annotations.synthesis.grid import Grid
@@ -67,7 +68,9 @@ def test_the_brightest_voxels_lie_on_the_body_facing_the_scanner(number: int) ->
     turned = np.argwhere(scene.surface.facing > 0.8)
     brightest = volume[turned[:, 0], turned[:, 1]].argmax(axis=1)
     positions_um = voxel_to_um(np.column_stack([turned, brightest]), grid.spacing_um)
-    distance_um = np.min([body.distance_um(positions_um) for body in scene.bodies.values()], axis=0)
+    distance_um = np.min(
+        [body.distance_um(positions_um) for body in link_bodies(scene.pose, FORCEPS).values()], axis=0
+    )
 
     assert np.median(np.abs(distance_um)) < grid.spacing_um[2]
     # Speckle makes another voxel the brightest here and there, but none above the surface.

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -6,13 +8,14 @@ from hypothesis import strategies as st
 from annotations.documents.annotation import Annotation, VolumeReference
 from annotations.documents.checks import check_annotation
 from annotations.geometry import rotations
-from annotations.geometry.kinematics import ToolPose
+from annotations.geometry.body import LinkBody
+from annotations.geometry.kinematics import ToolPose, link_boxes
 from annotations.geometry.targets import pose_targets
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import shipped_tools
 from annotations.synthesis.grid import Grid
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
-from annotations.synthesis.truth import truth_annotation
+from annotations.synthesis.truth import truth_annotation, truth_boxes
 
 FORCEPS = shipped_tools()["magnetic-forceps"]
 ALONG_Y = rotations.about_axis((0, 0, 1), 90)
@@ -21,15 +24,20 @@ HINGE_DOWN = rotations.about_axis((0, 0, 1), 90)
 
 
 def truth_of(scene: Scene) -> Annotation:
-    return truth_annotation(
-        scene,
-        VolumeReference(
-            path="v.npy",
-            shape=scene.grid.shape,
-            dtype="uint8",
-            spacing_um=scene.grid.spacing_um,
-            fingerprint="0",
-        ),
+    return truth_annotation(scene, reference_of(scene))
+
+
+def boxes_of(scene: Scene) -> Annotation:
+    return truth_boxes(scene, reference_of(scene))
+
+
+def reference_of(scene: Scene) -> VolumeReference:
+    return VolumeReference(
+        path="v.npy",
+        shape=scene.grid.shape,
+        dtype="uint8",
+        spacing_um=scene.grid.spacing_um,
+        fingerprint="0",
     )
 
 
@@ -104,6 +112,40 @@ def test_what_lies_below_another_link_is_occluded() -> None:
 
     assert found["k0"] == found["k1"] == "placed"
     assert found["k5"] == "occluded"
+
+
+def test_what_lies_below_clutter_is_occluded() -> None:
+    scene = posed(8700, 8000, 4000)
+    first_um = np.array(truth_of(scene).positions_um["k0"])
+    block = LinkBody(first_um - [0, 0, 3500], np.eye(3), np.array([1500.0, 1500.0, 700.0]), is_round=False)
+
+    found = states(replace(scene, clutter=(block,)))
+
+    assert [name for name, state in found.items() if state == "occluded"] == ["k0"]
+
+
+def test_boxes_are_those_of_the_pose() -> None:
+    scene = random_scene(FORCEPS, SceneSeed(4))
+    document = boxes_of(scene)
+
+    assert document.method == "boxes"
+    assert document.status == "done"
+    assert {box.source for box in document.boxes} == {"synthesized"}
+    assert dict(document.placed_boxes) == link_boxes(scene.pose, FORCEPS)
+    assert list(check_annotation(document, FORCEPS)) == []
+    keypoints_um = truth_of(scene).positions_um
+    for link in FORCEPS.links:
+        box = document.placed_boxes[link.name]
+        assert box.base_um == pytest.approx(keypoints_um[link.base], abs=1e-6)
+        assert box.tip_um == pytest.approx(keypoints_um[link.tip], abs=1e-6)
+
+
+def test_boxes_say_what_is_out_of_view_and_what_cannot_be_seen() -> None:
+    beside = {box.link: box.state for box in boxes_of(posed(8700, 20000, 3000)).boxes}
+    deep = {box.state for box in boxes_of(posed(8700, 8000, 8500)).boxes}
+
+    assert list(beside.values()) == ["placed", "out_of_view", "out_of_view"]
+    assert deep == {"occluded"}
 
 
 def test_a_keypoint_at_the_end_of_no_link_stays_unplaced() -> None:
