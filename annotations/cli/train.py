@@ -4,15 +4,21 @@ import argparse
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from annotations.app_folders import tool_folder
 from annotations.cli.learning_extra import require_torch
 from annotations.cli.output import write_text
+from annotations.errors import Cancelled, UserError
+from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
 from annotations.learning.settings import TrainingSettings, read_settings
+
+if TYPE_CHECKING:
+    from annotations.learning.annotated_examples import FoundStudy
 
 _STOPPED = 130
 _USUAL_TOOL = "magnetic-forceps"
@@ -31,26 +37,49 @@ def run(arguments: argparse.Namespace) -> int:
     require_torch()
     import torch
 
+    from annotations.learning.annotated_examples import annotated_examples, find_studies
     from annotations.learning.checkpoint_training import train_checkpoint
     from annotations.learning.examples import AnnotatedExamples
 
     torch.set_num_threads(settings.threads or os.cpu_count() or 1)
-    tool = find_tool(arguments.tool or _USUAL_TOOL, (tool_folder(),))
+    studies = find_studies(arguments.studies)
+    tool = _tool(arguments.tool, studies)
     with _stopping() as stopped:
-        checkpoint = train_checkpoint(
-            settings,
-            tool,
-            AnnotatedExamples(),
-            arguments.output,
-            say=_say,
-            stopped=stopped,
-            restart=arguments.restart,
-        )
+        try:
+            annotated = (
+                annotated_examples(studies, settings.sampling, settings.annotated, _say, stopped)
+                if studies
+                else AnnotatedExamples()
+            )
+            checkpoint = train_checkpoint(
+                settings,
+                tool,
+                annotated,
+                arguments.output,
+                say=_say,
+                stopped=stopped,
+                restart=arguments.restart,
+            )
+        except Cancelled:
+            checkpoint = None
     if checkpoint is None:
         _say("stopped; the same command goes on from here")
         return _STOPPED
     write_text(str(checkpoint.path))
     return 0
+
+
+def _tool(name: str | None, studies: Sequence["FoundStudy"]) -> ToolSpecification:
+    if not studies:
+        return find_tool(name or _USUAL_TOOL, (tool_folder(),))
+    tool = studies[0].tool
+    if name not in (None, tool.name):
+        raise UserError(
+            f"the study is of the tool {tool.name!r}, not of {name!r}",
+            where=studies[0].folder,
+            remedy="Leave --tool out, or name other studies",
+        )
+    return tool
 
 
 def _say(line: str) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from annotations.documents.record import now
+from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
 from annotations.learning.conversion import convert_state
 from annotations.learning.examples import AnnotatedExamples
@@ -11,10 +12,9 @@ from annotations.learning.networks import parameter_count
 from annotations.learning.settings import TrainingSettings
 from annotations.learning.state_file import write_state
 from annotations.learning.training import Training
+from annotations.learning.training_folder import BEST_FILE
 from annotations.prediction.checkpoint import Checkpoint
 from annotations.prediction.checkpoint_description import CheckpointDescription, ErrorSummary, TrainingSummary
-
-BEST_FILE = "best.pt"
 
 
 def train_checkpoint(
@@ -54,6 +54,12 @@ def train_checkpoint(
     UserError
         The settings do not fit, or nothing is to be trained on; SaveError where something cannot be written.
     """
+    if not settings.gives_heatmaps:
+        raise UserError(
+            f"a {settings.network.kind!r} network tells no keypoints, so that there is no checkpoint of it",
+            where="network.kind",
+            remedy="Choose 'lean' or 'v2v'; the others are for 'annotations experiment'",
+        )
     training = Training(settings, tool, annotated, checkpoint, say, restart)
     if not training.run(stopped):
         return None

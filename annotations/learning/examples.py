@@ -1,11 +1,14 @@
 """Examples: what a network sees of a volume, and where the keypoints are. Needs no torch."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from annotations.volumes.spacing import SpacingUm
+
+Samples = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -14,15 +17,15 @@ class Example:
 
     Attributes
     ----------
-    samples : ndarray of float16, shape ``sampling.shape``
-        In the volume's own values, which half as many bits hold well enough.
+    samples : ndarray of float16 or float32, shape ``sampling.shape``
+        In the volume's own values. Half as many bits are enough where these are bytes.
     keypoints_um : ndarray of float64, shape (K, 3)
         In the volume's frame and the tool's order; NaN for those of which nothing is known.
     spacing_um : (float, float, float)
         Of the volume that was sampled.
     """
 
-    samples: NDArray[np.float16]
+    samples: Samples
     keypoints_um: NDArray[np.float64]
     spacing_um: SpacingUm
 
@@ -37,7 +40,7 @@ class AnnotatedExamples:
     studies : tuple of str
         Their titles.
     fingerprint : str
-        Of what the examples were made from.
+        Of the annotations that they were made from, and their split.
     """
 
     training: tuple[Example, ...] = ()

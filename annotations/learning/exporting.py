@@ -37,7 +37,7 @@ def onnx_bytes(network: PoseNetwork) -> bytes:
         torch.onnx.export(
             network,
             (torch.zeros(1, 1, *network.settings.input_shape),),
-            stream,  # type: ignore[arg-type] - a stream works as well
+            stream,  # type: ignore[arg-type]
             dynamo=False,
             opset_version=_OPSET,
             input_names=["volume"],

@@ -11,9 +11,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from annotations.documents.record import Method
 from annotations.errors import UserError, first_problem
 from annotations.interchange.split import SplitRule, split_rule
+from annotations.learning.augmentation_settings import AugmentationSettings
 from annotations.learning.loss_settings import LossSettings
 from annotations.learning.network_settings import HEATMAP_KINDS, NetworkKind, NetworkSettings
 from annotations.prediction.heatmaps import HeatmapConvention
+from annotations.synthesis.conditions import TRAINING_CONDITIONS, SceneConditions
 from annotations.volumes.sampling import OMES_SAMPLING, Sampling
 
 Count = Annotated[int, Field(ge=0, strict=True)]
@@ -63,12 +65,15 @@ class SyntheticSettings(_Section):
         Number of the series; the validation has one of its own.
     workers : int
         Processes that make volumes: -1 for one fewer than there are processors, 0 for none besides this.
+    conditions : SceneConditions
+        What varies between them. A table replaces all of it: what it leaves out does not vary.
     """
 
     volumes: Count = 40_000
     epoch_volumes: AtLeastOne = 2000
     seed: Seed = 1
     workers: Annotated[int, Field(ge=-1, le=64, strict=True)] = -1
+    conditions: SceneConditions = TRAINING_CONDITIONS
 
 
 class AnnotatedSettings(_Section):
@@ -194,6 +199,7 @@ class TrainingSettings(_Section):
     heatmaps: HeatmapConvention = HeatmapConvention()
     sampling: Sampling = OMES_SAMPLING
     loss: LossSettings = LossSettings()
+    augmentation: AugmentationSettings = AugmentationSettings()
     synthetic: SyntheticSettings = SyntheticSettings()
     annotated: AnnotatedSettings = AnnotatedSettings()
     optimization: OptimizationSettings = OptimizationSettings()
@@ -204,9 +210,23 @@ class TrainingSettings(_Section):
     def _check(self) -> Self:
         if self.validation.seed == self.synthetic.seed:
             raise ValueError("validation.seed is that of the volumes for training: take another")
+        if self.synthetic.volumes and (self.sampling.dtype, self.sampling.depth_axis) != ("uint8", 2):
+            raise ValueError(
+                "synthetic volumes are of uint8 and have their depth along axis 2: say synthetic.volumes = 0"
+            )
+        if self.gives_heatmaps and self.heatmaps.decoding == "argmax" and self.loss.needs_coordinates:
+            raise ValueError(
+                "an argmax has no gradient: say loss.coordinate = 0.0 and loss.pose = 0.0, or another "
+                "heatmaps.decoding"
+            )
         # Refuse an input that the network cannot take.
-        self.network_settings(keypoints=1, outputs=0 if self.network.kind in HEATMAP_KINDS else 1)
+        self.network_settings(keypoints=1, outputs=0 if self.gives_heatmaps else 1)
         return self
+
+    @property
+    def gives_heatmaps(self) -> bool:
+        """Whether the network gives heatmaps of the keypoints, rather than the numbers of a pose."""
+        return self.network.kind in HEATMAP_KINDS
 
     def network_settings(self, keypoints: int, outputs: int) -> NetworkSettings:
         """Return what the network is built from."""

@@ -19,6 +19,7 @@ from annotations.errors import UserError
 from annotations.geometry.kinematics import keypoints_um
 from annotations.geometry.tool import ToolSpecification
 from annotations.learning.examples import Example
+from annotations.synthesis.conditions import SceneConditions
 from annotations.synthesis.network_volume import network_volume
 from annotations.synthesis.scene import SceneSeed, random_scene
 from annotations.volumes.sampling import Sampling
@@ -39,11 +40,14 @@ class SyntheticSeries:
     sampling : Sampling
     seed : int
         The number of the series.
+    conditions : SceneConditions
+        What varies.
     """
 
     tool: ToolSpecification
     sampling: Sampling
     seed: int
+    conditions: SceneConditions
 
     def example(self, number: int) -> Example:
         """Make an example.
@@ -53,7 +57,7 @@ class SyntheticSeries:
         UserError
             The tool has no links, or does not fit into the workspace.
         """
-        scene = random_scene(self.tool, SceneSeed(self.seed, number))
+        scene = random_scene(self.tool, SceneSeed(self.seed, number), conditions=self.conditions)
         positions = keypoints_um(scene.pose, self.tool)
         return Example(
             network_volume(scene, self.sampling).astype(np.float16),

@@ -3,94 +3,51 @@
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
+from torch import Tensor
 
 from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
 from annotations.learning.examples import AnnotatedExamples, Example
 from annotations.learning.networks import build_network
-from annotations.learning.objective import HeatmapObjective
+from annotations.learning.objective import objective_of
 from annotations.learning.processor import channels_last, chosen_device, chosen_precision
-from annotations.learning.settings import OptimizationSettings, TrainingSettings
+from annotations.learning.settings import TrainingSettings
 from annotations.learning.synthetic_stream import SyntheticSeries, SyntheticStream, worker_count
 from annotations.learning.training_folder import Progress, Row, TrainingFolder
-from annotations.learning.validation import ValidationErrors, validate
+from annotations.learning.training_plan import Part, learning_rate_at, planned_parts
+from annotations.learning.validation import validate
 from annotations.learning.weight_average import WeightAverage
 
-Say = Callable[[str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """A part of a training: epochs over the same number of volumes.
-
-    Attributes
-    ----------
-    name : str
-        ``synthetic`` or ``annotated``.
-    epochs : int
-    annotated : tuple of Example
-        Seen once an epoch.
-    synthetic : int
-        How many new ones come with them.
-    synthetic_before : int
-        How many were seen in earlier parts.
-    validation : tuple of Example
-    learning_rate : float
-        The largest one.
-    """
-
-    name: str
-    epochs: int
-    annotated: tuple[Example, ...]
-    synthetic: int
-    synthetic_before: int
-    validation: tuple[Example, ...]
-    learning_rate: float
-
-    @property
-    def volumes(self) -> int:
-        """How many an epoch has."""
-        return len(self.annotated) + self.synthetic
-
-    def order(self, seed: int, epoch: int) -> NDArray[np.int64]:
-        """Return which annotated example comes when in an epoch, and -1 where the next synthetic one does."""
-        rng = np.random.Generator(np.random.SFC64([seed, epoch]))
-        order = rng.permutation(self.volumes)
-        return np.where(order < len(self.annotated), order, -1)
-
-
-def learning_rate_at(share: float, largest: float, settings: OptimizationSettings) -> float:
-    """Return the learning rate after a share of a part's steps: a straight rise, then half a cosine."""
-    if share < settings.warm_up_share:
-        return largest * share / settings.warm_up_share
-    down = (share - settings.warm_up_share) / (1 - settings.warm_up_share)
-    return largest * (settings.final_share + (1 - settings.final_share) * (1 + math.cos(math.pi * down)) / 2)
+_SAY_EVERY_S = 60.0
 
 
 class Training:
     """A training, from where it stands to its end.
 
-    Attributes
-    ----------
-    progress : Progress
-    best : dict of str to Tensor
-        The weights that did best on the validation volumes.
-    network : PoseNetwork
-        With the weights of the last step.
-    network_settings : NetworkSettings
-    folder : TrainingFolder
+    Every step has random numbers of its own, which follow from the seed and its place. So a training that was
+    interrupted at any step goes on as it would have gone, on the same machine with as many threads.
 
-    Parameters
+    Attributes
     ----------
     settings : TrainingSettings
     tool : ToolSpecification
     annotated : AnnotatedExamples
+    network : PoseNetwork
+        With the weights of the last step.
+    network_settings : NetworkSettings
+    folder : TrainingFolder
+    progress : Progress
+    best : dict of str to Tensor
+        The weights that did best on the validation volumes.
+
+    Parameters
+    ----------
+    settings, tool, annotated
+        See above.
     checkpoint : Path
         Beside it the training keeps its files; it is not written here.
     say : callable
@@ -101,7 +58,8 @@ class Training:
     Raises
     ------
     UserError
-        The settings fit neither the tool nor each other, or a state that is there does not fit them.
+        The settings fit neither the tool nor each other, a state that is there does not fit them, or there is
+        nothing to train on.
     """
 
     def __init__(
@@ -110,16 +68,17 @@ class Training:
         tool: ToolSpecification,
         annotated: AnnotatedExamples,
         checkpoint: Path,
-        say: Say,
+        say: Callable[[str], None] = lambda _line: None,
         restart: bool = False,
     ) -> None:
         self.settings, self.tool, self.annotated, self._say = settings, tool, annotated, say
         self._device = chosen_device(settings.device)
         self._precision = chosen_precision(settings.optimization.precision, self._device)
+        self._objective = objective_of(settings, tool, self._device)
+        self.network_settings = self._objective.network_settings
         torch.manual_seed(settings.seed)
-        self.network_settings = settings.network_settings(len(tool.keypoint_names), outputs=0)
         network = build_network(self.network_settings)
-        if network.heatmap_reduction != settings.heatmaps.reduction:
+        if network.heatmap_reduction not in (None, settings.heatmaps.reduction):
             raise UserError(
                 f"a {settings.network.kind!r} network's heatmaps are reduced by {network.heatmap_reduction}",
                 where="heatmaps.reduction",
@@ -128,26 +87,29 @@ class Training:
         # On a processor the network learns half as fast again with the channels last in memory.
         self.network = channels_last(network.to(self._device))
         self._average = WeightAverage(self.network, settings.optimization.average_decay)
-        self._objective = HeatmapObjective(settings, tool, self._device)
         self._optimizer = torch.optim.AdamW(
             self.network.parameters(),
             lr=settings.optimization.learning_rate,
             weight_decay=settings.optimization.weight_decay,
         )
-        self._series = SyntheticSeries(tool, settings.sampling, settings.synthetic.seed)
-        self._parts = self._planned()
         self.folder = TrainingFolder(checkpoint, settings, f"{tool.fingerprint} {annotated.fingerprint}")
         self.progress = Progress()
-        self.best = self._average.network.state_dict()
+        self.best = self._average.weights()
         if not restart:
             self._go_on()
+        self._parts = planned_parts(settings, annotated, self._held_out)
 
     def run(self, stopped: Callable[[], bool] = lambda: False) -> bool:
         """Train to the end, or until asked to stop; returns whether the end was reached.
 
         After every epoch, and before it returns, the state is saved.
+
+        Raises
+        ------
+        UserError
+            The loss is no number any more, or synthetic volumes cannot be made; SaveError where the state
+            cannot be saved.
         """
-        self.folder.write_settings()
         while self.progress.part < len(self._parts):
             if not self._run_part(self._parts[self.progress.part], stopped):
                 return False
@@ -155,24 +117,20 @@ class Training:
 
     def _run_part(self, part: Part, stopped: Callable[[], bool]) -> bool:
         progress = self.progress
-        done = part.synthetic_before + progress.epoch * part.synthetic
-        if progress.step:
-            order = part.order(self.settings.seed, progress.epoch)
-            done += int((order[: progress.step * self.settings.optimization.batch] < 0).sum())
+        if progress.part and not progress.epoch and not progress.step and part.validation:
+            # What was learned so far may be better than anything that comes.
+            self._judge(part, {"part": part.name, "epoch": 0, "volumes": 0})
         workers = worker_count(self.settings.synthetic.workers) if part.synthetic else 0
-        with SyntheticStream(self._series, done, workers) as stream:
-            while progress.epoch < part.epochs:
+        series = self._series(self.settings.synthetic.seed)
+        with SyntheticStream(series, self._synthetic_done(part), workers) as stream:
+            while progress.epoch < part.epochs and not self._is_enough(part):
                 if not self._run_epoch(part, stream, stopped):
-                    self._save()
+                    self._save(is_last=True)
                     return False
                 self._finish_epoch(part)
-                if self._is_enough(part):
-                    break
                 self._save()
-        progress.part += 1
-        progress.epoch = progress.best_epoch = 0
-        progress.best_score = None
-        self._save()
+        progress.begin_next_part()
+        self._save(is_last=progress.part == len(self._parts))
         return True
 
     def _run_epoch(self, part: Part, stream: SyntheticStream, stopped: Callable[[], bool]) -> bool:
@@ -180,145 +138,125 @@ class Training:
         order = part.order(self.settings.seed, progress.epoch)
         steps = math.ceil(len(order) / batch)
         self.network.train()
+        said = time.perf_counter()
         while progress.step < steps:
             began = time.perf_counter()
             chosen = order[progress.step * batch : (progress.step + 1) * batch]
             examples = [part.annotated[place] if place >= 0 else stream.take() for place in chosen]
             share = (progress.epoch + progress.step / steps) / part.epochs
-            progress.loss_sum += self._step(
-                examples, learning_rate_at(share, part.learning_rate, self.settings.optimization)
-            )
-            progress.step += 1
-            progress.seconds += time.perf_counter() - began
+            rate = learning_rate_at(share, part.learning_rate, self.settings.optimization)
+            progress.add_step(self._step(examples, rate))
+            now = time.perf_counter()
+            progress.seconds += now - began
+            if now - said > _SAY_EVERY_S:
+                said = now
+                self._say(
+                    f"{part.name} {progress.epoch + 1}/{part.epochs}: {progress.step * batch} of "
+                    f"{part.volumes} volumes, loss {progress.mean_losses['loss']:.3f}"
+                )
             if stopped():
                 return False
         return True
 
-    def _step(self, examples: Sequence[Example], learning_rate: float) -> float:
-        # Every step has random numbers of its own: one that follows an interruption is as it would have been.
-        progress = self.progress
-        drawn = np.random.SeedSequence(
-            self.settings.seed, spawn_key=(progress.part, progress.epoch, progress.step)
-        )
-        torch.manual_seed(int(drawn.generate_state(1, np.uint64)[0] >> np.uint64(1)))
-        batch = self._objective.batch(examples)
+    def _step(self, examples: Sequence[Example], learning_rate: float) -> dict[str, float]:
+        """Learn from some examples; returns the loss and its parts."""
+        progress, settings = self.progress, self.settings.optimization
+        place = (progress.part, progress.epoch, progress.step)
+        drawn = np.random.SeedSequence(self.settings.seed, spawn_key=place)
+        # torch draws what is dropped out.
+        torch.manual_seed(int(drawn.generate_state(1, np.uint32)[0]))
         for group in self._optimizer.param_groups:
             group["lr"] = learning_rate
         self._optimizer.zero_grad(set_to_none=True)
-        with torch.autocast(self._device.type, torch.bfloat16, enabled=self._precision == "bfloat16"):
-            output = self.network(batch.inputs)
-        loss, _ = self._objective.loss(output, batch)
-        loss.backward()  # type: ignore[no-untyped-call]
-        torch.nn.utils.clip_grad_norm_(self.network.parameters(), self.settings.optimization.largest_gradient)
-        self._optimizer.step()
-        self._average.follow(self.network)
+        rng = np.random.Generator(np.random.SFC64(drawn))
+        loss, parts = self._objective.loss(self._output_of, examples, rng)
         value = loss.item()
         if not math.isfinite(value):
             raise UserError(
                 f"the training has come apart: the loss is {value}",
                 where=self.folder.path,
-                remedy="Take a smaller learning rate (optimization.learning_rate), and begin again",
+                remedy="Begin again (--restart) with a smaller optimization.learning_rate",
             )
-        return value
+        loss.backward()  # type: ignore[no-untyped-call]
+        torch.nn.utils.clip_grad_norm_(self.network.parameters(), settings.largest_gradient)
+        self._optimizer.step()
+        self._average.follow(self.network)
+        return {"loss": value} | {f"loss_{name}": part for name, part in parts.items()}
+
+    def _output_of(self, inputs: Tensor) -> Tensor:
+        with torch.autocast(self._device.type, torch.bfloat16, enabled=self._precision == "bfloat16"):
+            output: Tensor = self.network(inputs)
+        return output
 
     def _finish_epoch(self, part: Part) -> None:
         progress = self.progress
-        began = time.perf_counter()
-        steps = progress.step
-        share = (progress.epoch + 1 - 1 / steps) / part.epochs
-        row: Row = {
-            "part": part.name,
-            "epoch": progress.epoch + 1,
-            "volumes": part.volumes,
-            "loss": progress.loss_sum / steps,
-            "learning_rate": learning_rate_at(share, part.learning_rate, self.settings.optimization),
-        }
-        progress.epoch, progress.step, progress.loss_sum = progress.epoch + 1, 0, 0.0
-        progress.synthetic_volumes += part.synthetic
-        if part.validation:
-            errors = self._validated(part)
-            row |= errors.figures()
-            if progress.best_score is None or errors.score < progress.best_score:
-                self._keep_as_best(errors.score, errors.summary(), len(part.validation))
-        else:
-            self._keep_as_best(None, {}, 0)
-        progress.seconds += time.perf_counter() - began
-        row["seconds"] = round(progress.seconds, 1)
-        progress.rows.append(row)
-        self._say(_in_words(row, part))
-
-    def _validated(self, part: Part) -> ValidationErrors:
-        return validate(
-            self._average.network,
-            self._objective,
-            self.tool,
-            part.validation,
-            self.settings.optimization.batch,
+        losses = progress.mean_losses
+        progress.finish_epoch(part.synthetic)
+        self._judge(
+            part,
+            {"part": part.name, "epoch": progress.epoch, "volumes": part.volumes}
+            | losses
+            | {
+                "learning_rate": learning_rate_at(
+                    (progress.epoch - 0.5) / part.epochs, part.learning_rate, self.settings.optimization
+                )
+            },
         )
 
-    def _keep_as_best(
-        self, score: float | None, errors: dict[str, tuple[float, float]], volumes: int
-    ) -> None:
+    def _judge(self, part: Part, row: Row) -> None:
+        """Validate, keep the weights if they are the best, and add a row to the log."""
         progress = self.progress
-        progress.best_score, progress.best_epoch = score, progress.epoch
-        progress.best_errors, progress.validation_volumes = errors, volumes
-        self.best = {name: value.clone() for name, value in self._average.network.state_dict().items()}
+        began = time.perf_counter()
+        if part.validation:
+            batch = self.settings.optimization.batch
+            errors = validate(self._average.network, self._objective, self.tool, part.validation, batch)
+            row |= errors.figures()
+            if progress.best_score is None or errors.score < progress.best_score:
+                self.best = self._average.weights()
+                progress.keep_as_best(errors.score, errors.summary(), errors.volumes)
+        else:
+            self.best = self._average.weights()
+            progress.keep_as_best(None, {}, 0)
+        progress.seconds += time.perf_counter() - began
+        progress.rows.append(row | {"seconds": round(progress.seconds, 1)})
+        self._say(_in_words(progress.rows[-1], part))
 
     def _is_enough(self, part: Part) -> bool:
         patience = self.settings.stopping.patience
         waited = self.progress.epoch - self.progress.best_epoch
-        if patience and waited >= patience and self.progress.epoch < part.epochs:
-            self._say(f"{part.name}: no smaller error for {waited} epochs; that is enough")
-            return True
-        return False
+        if not patience or waited < patience:
+            return False
+        self._say(f"{part.name}: no smaller error in {waited} epochs, so that this part ends here")
+        return True
 
-    def _planned(self) -> list[Part]:
-        settings, parts = self.settings, []
-        synthetic = settings.synthetic
-        epochs = math.ceil(synthetic.volumes / synthetic.epoch_volumes)
-        if epochs:
-            series = SyntheticSeries(self.tool, settings.sampling, settings.validation.seed)
-            with SyntheticStream(series, 0, worker_count(synthetic.workers)) as stream:
-                held_out = tuple(stream.take() for _ in range(settings.validation.volumes))
-            parts.append(
-                Part(
-                    "synthetic",
-                    epochs,
-                    (),
-                    min(synthetic.volumes, synthetic.epoch_volumes),
-                    0,
-                    held_out,
-                    settings.optimization.learning_rate,
-                )
-            )
-        if self.annotated.training and settings.annotated.epochs:
-            count = len(self.annotated.training)
-            share = settings.annotated.synthetic_share
-            parts.append(
-                Part(
-                    "annotated",
-                    settings.annotated.epochs,
-                    self.annotated.training,
-                    round(count * share / (1 - share)),
-                    epochs * synthetic.epoch_volumes,
-                    self.annotated.validation,
-                    settings.annotated.learning_rate if parts else settings.optimization.learning_rate,
-                )
-            )
-        return parts
+    def _series(self, seed: int) -> SyntheticSeries:
+        return SyntheticSeries(self.tool, self.settings.sampling, seed, self.settings.synthetic.conditions)
 
-    def _save(self) -> None:
+    def _held_out(self) -> tuple[Example, ...]:
+        settings = self.settings
+        workers = worker_count(settings.synthetic.workers)
+        with SyntheticStream(self._series(settings.validation.seed), 0, workers) as stream:
+            return tuple(stream.take() for _ in range(settings.validation.volumes))
+
+    def _synthetic_done(self, part: Part) -> int:
+        """Return how many synthetic volumes were seen."""
+        progress = self.progress
+        order = part.order(self.settings.seed, progress.epoch)
+        of_this_epoch = order[: progress.step * self.settings.optimization.batch]
+        return part.synthetic_before + progress.epoch * part.synthetic + int((of_this_epoch < 0).sum())
+
+    def _save(self, is_last: bool = False) -> None:
         self.folder.write(
             self.progress,
             {
                 "network": self.network.state_dict(),
                 "average": self._average.network.state_dict(),
-                "average_steps": self._average.steps,
                 "optimizer": self._optimizer.state_dict(),
                 "best": self.best,
             },
+            self._average.steps,
+            is_last,
         )
-        self.folder.write_log(self.progress.rows)
 
     def _go_on(self) -> None:
         saved = self.folder.read()
@@ -327,19 +265,21 @@ class Training:
         self.progress = saved.progress
         self.network.load_state_dict(saved.tensors["network"])
         self._average.network.load_state_dict(saved.tensors["average"])
-        self._average.steps = saved.tensors["average_steps"]
+        self._average.steps = saved.average_steps
         self._optimizer.load_state_dict(saved.tensors["optimizer"])
-        self.best = saved.tensors["best"]
-        self._say(f"going on after {len(self.progress.rows)} epochs, from {self.folder.path}")
+        self.best = dict(saved.tensors["best"])
+        self._say(f"going on from {self.folder.path}, after {self.progress.seconds:.0f} s of training")
 
 
 def _in_words(row: Row, part: Part) -> str:
-    said = [f"{part.name} {row['epoch']}/{part.epochs}: loss {row['loss']:.3f}"]
+    said = [f"{part.name} {row['epoch']}/{part.epochs}:"]
+    if "loss" in row:
+        said.append(f"loss {row['loss']:.3f},")
     for name, value in row.items():
-        target, _, statistic = name.rpartition("_")
-        if statistic == "mean" and isinstance(value, float):
-            what, _, unit = target.rpartition("_")
-            said.append(f"{what} {value:.2f}{'°' if unit == 'deg' else ' mm'}")
-    if isinstance(far := row.get("share_over_2_mm"), float):
-        said.append(f"{far:.1%} over 2 mm")
-    return ", ".join(said) + f"; {float(row['seconds']):.0f} s"
+        error, _, statistic = name.rpartition("_")
+        if statistic == "mean":
+            what, _, unit = error.rpartition("_")
+            said.append(f"{what} {value:.2f}{'°' if unit == 'deg' else ' mm'},")
+    if "share_over_2_mm" in row:
+        said.append(f"{row['share_over_2_mm']:.1%} over 2 mm,")
+    return " ".join([*said, f"{row['seconds']:.0f} s"])

@@ -11,12 +11,14 @@ from annotations.geometry.angles import angles_deg
 from annotations.geometry.targets import target_arrays
 from annotations.geometry.tool import ToolSpecification
 from annotations.learning.examples import Example
-from annotations.learning.objective import HeatmapObjective
+from annotations.learning.objective import Found, HeatmapObjective, RegressionObjective
 from annotations.learning.pose_network import PoseNetwork
 
 FAR_MM = 2.0
 """A keypoint further off than this is a blunder rather than an error."""
 _MISSED_MM = 10.0
+_MM_PER_DEGREE = 0.1
+"""What a degree counts where there are no keypoints to judge by: the published errors come out alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,25 +28,33 @@ class ValidationErrors:
     Attributes
     ----------
     targets : mapping of str to ndarray, shape (n,)
-        ``position_mm``, ``orientation_deg`` and ``<angle>_deg`` of each volume; NaN where the network, or the
-        truth, lacks the keypoints for one.
-    keypoints_mm : ndarray, shape (n, K)
-        NaN where the truth is unknown, infinite where the network sees none.
+        ``position_mm``, ``orientation_deg`` and ``<angle>_deg`` of each volume, by the published formulas;
+        NaN where the network, or the truth, lacks the keypoints for one.
+    keypoints_mm : ndarray, shape (n, K), or None
+        NaN where the truth is unknown, infinite where the network sees none; None of a network that does not
+        tell keypoints.
     """
 
     targets: Mapping[str, NDArray[np.float64]]
-    keypoints_mm: NDArray[np.float64]
+    keypoints_mm: NDArray[np.float64] | None
+
+    @property
+    def volumes(self) -> int:
+        """How many there are."""
+        return len(next(iter(self.targets.values()))) if self.targets else 0
 
     @property
     def score(self) -> float:
-        """The mean distance of the keypoints in mm; one that was not found counts as 10 mm off."""
-        return float(np.nanmean(np.minimum(self.keypoints_mm, _MISSED_MM)))
+        """What is to become small: the mean distance of the keypoints in mm, 10 for one that is not found.
 
-    @property
-    def far_share(self) -> float:
-        """Share of the keypoints that are more than 2 mm off, or not found."""
-        known = self.keypoints_mm[~np.isnan(self.keypoints_mm)]
-        return float((known > FAR_MM).mean())
+        Without keypoints, the sum of the targets' errors, of which a degree counts as 0.1 mm.
+        """
+        if self.keypoints_mm is not None:
+            return float(np.nanmean(np.minimum(self.keypoints_mm, _MISSED_MM)))
+        return sum(
+            mean * (_MM_PER_DEGREE if name.endswith("_deg") else 1.0)
+            for name, (mean, _) in self.summary().items()
+        )
 
     def figures(self) -> dict[str, float]:
         """Return means and medians by name, such as ``position_mm_mean``; NaN where nothing was found."""
@@ -53,7 +63,12 @@ class ValidationErrors:
             found = values[~np.isnan(values)]
             figures[f"{name}_mean"] = float(found.mean()) if len(found) else np.nan
             figures[f"{name}_median"] = float(np.median(found)) if len(found) else np.nan
-        return figures | {"keypoint_mm_mean": self.score, "share_over_2_mm": self.far_share}
+        if self.keypoints_mm is not None:
+            known = self.keypoints_mm[~np.isnan(self.keypoints_mm)]
+            figures["keypoint_mm_mean"] = self.score
+            figures["keypoint_mm_median"] = float(np.median(known))
+            figures["share_over_2_mm"] = float((known > FAR_MM).mean())
+        return figures
 
     def summary(self) -> dict[str, tuple[float, float]]:
         """Return the mean and standard deviation of each target's error, where it is known of any volume."""
@@ -65,32 +80,39 @@ class ValidationErrors:
 
 def validate(
     network: PoseNetwork,
-    objective: HeatmapObjective,
+    objective: HeatmapObjective | RegressionObjective,
     tool: ToolSpecification,
     examples: Sequence[Example],
     batch: int,
 ) -> ValidationErrors:
-    """Let a network, in evaluation mode, find the keypoints of examples, and compare."""
-    found = []
+    """Let a network, in evaluation mode, say what it sees in examples, and compare."""
+    parts = []
     with torch.inference_mode():
         for first in range(0, len(examples), batch):
             some = examples[first : first + batch]
-            found.append(objective.keypoints_um(network(objective.batch(some).inputs), some))
-    return compare(np.concatenate(found), np.stack([one.keypoints_um for one in examples]), tool)
+            output = network(objective.inputs([one.samples for one in some]))
+            found = objective.found(output, some)
+            parts.append(compare(found, np.stack([one.keypoints_um for one in some]), tool))
+    distances = [part.keypoints_mm for part in parts if part.keypoints_mm is not None]
+    return ValidationErrors(
+        {name: np.concatenate([part.targets[name] for part in parts]) for name in parts[0].targets},
+        np.concatenate(distances) if distances else None,
+    )
 
 
-def compare(
-    found_um: NDArray[np.float64], true_um: NDArray[np.float64], tool: ToolSpecification
-) -> ValidationErrors:
-    """Return the errors of keypoints of shape (n, K, 3), by the published formulas."""
-    found, true = target_arrays(found_um, tool), target_arrays(true_um, tool)
+def compare(found: Found, true_um: NDArray[np.float64], tool: ToolSpecification) -> ValidationErrors:
+    """Return the errors of what was found where the keypoints, (n, K, 3), truly are."""
+    true = target_arrays(true_um, tool)
     targets: dict[str, NDArray[np.float64]] = {}
-    if found.position_um is not None and true.position_um is not None:
-        targets["position_mm"] = np.linalg.norm(found.position_um - true.position_um, axis=-1) / 1000
-    if found.orientation is not None and true.orientation is not None:
-        targets["orientation_deg"] = angles_deg(found.orientation, true.orientation)
-    for name, angle_deg in found.angles_deg.items():
+    if found.targets.position_um is not None and true.position_um is not None:
+        apart_um = found.targets.position_um - true.position_um
+        targets["position_mm"] = np.linalg.norm(apart_um, axis=-1) / 1000
+    if found.targets.orientation is not None and true.orientation is not None:
+        targets["orientation_deg"] = angles_deg(found.targets.orientation, true.orientation)
+    for name, angle_deg in found.targets.angles_deg.items():
         targets[f"{name}_deg"] = np.abs(angle_deg - true.angles_deg[name])
-    distance_mm = np.linalg.norm(found_um - true_um, axis=-1) / 1000
-    missed = np.isnan(found_um).any(axis=-1) & ~np.isnan(true_um).any(axis=-1)
+    if found.keypoints_um is None:
+        return ValidationErrors(targets, None)
+    distance_mm = np.linalg.norm(found.keypoints_um - true_um, axis=-1) / 1000
+    missed = np.isnan(found.keypoints_um).any(axis=-1) & ~np.isnan(true_um).any(axis=-1)
     return ValidationErrors(targets, np.where(missed, np.inf, distance_mm))

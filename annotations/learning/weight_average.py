@@ -3,6 +3,7 @@
 import copy
 
 import torch
+from torch import Tensor
 
 from annotations.learning.pose_network import PoseNetwork
 
@@ -20,6 +21,14 @@ class WeightAverage:
     network : PoseNetwork
         In evaluation mode.
     steps : int
+        How many it has followed.
+
+    Parameters
+    ----------
+    network : PoseNetwork
+        Where it begins.
+    decay : float
+        In [0, 1); 0 for a copy of the last weights.
     """
 
     def __init__(self, network: PoseNetwork, decay: float) -> None:
@@ -38,3 +47,7 @@ class WeightAverage:
                     own[name].lerp_(value, 1 - decay)
                 else:
                     own[name].copy_(value)
+
+    def weights(self) -> dict[str, Tensor]:
+        """Return a copy of the averages, on the processor."""
+        return {name: value.detach().cpu().clone() for name, value in self.network.state_dict().items()}
