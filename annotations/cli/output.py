@@ -24,6 +24,11 @@ def complain(error: UserError) -> None:
     sys.stderr.write(f"annotations: {error}\n")
 
 
+def remark(text: str) -> None:
+    """Write something that a person should know to standard error."""
+    sys.stderr.write(f"annotations: {text}\n")
+
+
 def show_progress(share: float) -> None:
     """Keep a line on the terminal up to date; a log file gets none."""
     if sys.stderr.isatty():

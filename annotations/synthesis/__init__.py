@@ -3,7 +3,9 @@
 from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIONS, SceneConditions
 from annotations.synthesis.demo import make_demo_study
 from annotations.synthesis.grid import FULL_SHAPE, REALTIME_SHAPE, Grid
+from annotations.synthesis.mesh_tool import MeshTool, read_mesh_tool
 from annotations.synthesis.network_volume import network_volume
+from annotations.synthesis.occupancy import occupancy
 from annotations.synthesis.scanner import Scanner
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
 from annotations.synthesis.synthetic_study import write_study
@@ -16,13 +18,16 @@ __all__ = [
     "REALTIME_SHAPE",
     "TRAINING_CONDITIONS",
     "Grid",
+    "MeshTool",
     "Scanner",
     "Scene",
     "SceneConditions",
     "SceneSeed",
     "make_demo_study",
     "network_volume",
+    "occupancy",
     "random_scene",
+    "read_mesh_tool",
     "truth_annotation",
     "truth_boxes",
     "write_study",

@@ -1,6 +1,6 @@
 """A tool whose body are meshes: one for each link, or one for each way its joints can stand.
 
-A folder of meshes, as `mesh_tool` reads it, holds files of one of two kinds:
+A folder of meshes, as `read_mesh_tool` reads it, holds files of one of two kinds:
 
 - ``<link>.stl`` for every link, in the link's own frame: its base is the origin, +x runs to its tip.
 - ``<joint>_<degrees>`` for every joint, in the specification's order and joined by ``_``, such as
@@ -201,7 +201,7 @@ class _ConfigurationMeshes(MeshTool):
         return sum(len(shape.mesh.triangles) for shape in self._kept.values())
 
 
-def mesh_tool(tool: ToolSpecification, folder: Path, um_per_unit: float) -> MeshTool:
+def read_mesh_tool(tool: ToolSpecification, folder: Path, um_per_unit: float) -> MeshTool:
     """Return the tool with the meshes of a folder: one for each link, or one for each configuration.
 
     Parameters

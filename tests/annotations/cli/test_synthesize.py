@@ -13,6 +13,13 @@ from annotations.cli import synthesize as command
 from annotations.documents.study import load_study
 from annotations.geometry.tool_library import shipped_tools
 from annotations.synthesis import FULL_SHAPE
+from tests.annotations.synthesis.stl_files import (
+    link_shapes,
+    without,
+    write_configurations,
+    write_links,
+    write_stl,
+)
 
 SMALL = ("--shape", 9, 14, 11)
 
@@ -79,6 +86,8 @@ def test_another_tool_is_chosen_by_name(tmp_path: Path, run_json: Any, name: str
         ["--shape", "9", "0", "11"],
         ["--shape", "9", "14"],
         ["--tool", "spoon"],
+        ["--mesh-unit-um", "1000"],
+        ["--mesh-unit-um", "0", "--meshes", "."],
     ],
 )
 def test_impossible_wishes_are_misuse(
@@ -92,6 +101,56 @@ def test_impossible_wishes_are_misuse(
 
     assert caught.value.code == 2
     assert wrong[0] in capsys.readouterr().err
+    assert not (tmp_path / "s").exists()
+
+
+def test_meshes_take_the_place_of_the_specifications_body(tmp_path: Path, run_json: Any) -> None:
+    meshes = write_links(tmp_path / "meshes")
+    shape = ("--shape", 28, 40, 30)
+
+    plain = run_json("synthesize", tmp_path / "plain", "--count", 1, "--seed", 3, *shape)
+    meshed = run_json("synthesize", tmp_path / "s", "--count", 1, "--seed", 3, *shape, "--meshes", meshes)
+
+    assert (meshed[0], meshed[2]) == (0, "")
+    assert run_json("check", meshed[1][0]["annotation"])[0] == 0
+    first, second = (np.load(result[1][0]["path"]).astype(float) for result in (plain, meshed))
+    # Of the same seed, and much alike: sharp edges in place of rounded ones.
+    assert 0 < np.mean(first != second) < 0.2
+
+
+def test_joints_stand_as_one_of_the_meshes_does(tmp_path: Path, run_json: Any) -> None:
+    meshes = write_configurations(tmp_path / "meshes", (-35, 50))
+
+    wishes = ("--count", 1, "--seed", 3, *SMALL, "--meshes", meshes, "--mesh-unit-um", 1000)
+    code, [fields], _ = run_json("synthesize", tmp_path / "s", *wishes)
+
+    assert code == 0
+    _, [targets], _ = run_json("targets", fields["annotation"])
+    assert [targets["theta1_deg"], targets["theta2_deg"]] == pytest.approx([35, 50])
+
+
+def test_what_was_mended_is_told(tmp_path: Path, run_json: Any) -> None:
+    meshes = write_links(tmp_path / "meshes")
+    write_stl(without(link_shapes()["link2"], 0), meshes / "link2.stl")
+
+    code, _, messages = run_json(
+        "synthesize", tmp_path / "s", "--count", 1, "--seed", 3, *SMALL, "--meshes", meshes
+    )
+
+    assert code == 0
+    assert f"{meshes / 'link2.stl'}: mended: holes filled with 1 triangles" in messages
+
+
+def test_meshes_that_cannot_be_used_are_told_before_anything_is_made(tmp_path: Path, run_json: Any) -> None:
+    meshes = write_links(tmp_path / "meshes")
+    (meshes / "link1.stl").write_bytes(b"solid")
+
+    code, objects, messages = run_json(
+        "synthesize", tmp_path / "s", "--count", 1, "--seed", 3, *SMALL, "--meshes", meshes
+    )
+
+    assert (code, objects) == (1, [])
+    assert str(meshes / "link1.stl") in messages
     assert not (tmp_path / "s").exists()
 
 

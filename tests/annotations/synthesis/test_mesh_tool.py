@@ -13,10 +13,16 @@ from annotations.geometry.tool_library import shipped_tools
 from annotations.synthesis import mesh_tool as module
 from annotations.synthesis.grid import Grid
 from annotations.synthesis.mesh_file import MeshError
-from annotations.synthesis.mesh_tool import MeshTool, mesh_tool
-from tests.annotations.synthesis.stl_files import without, write_stl
+from annotations.synthesis.mesh_tool import MeshTool, read_mesh_tool
+from tests.annotations.synthesis.stl_files import (
+    FORCEPS,
+    link_shapes,
+    without,
+    write_configurations,
+    write_links,
+    write_stl,
+)
 
-FORCEPS = shipped_tools()["magnetic-forceps"]
 NEEDLE = shipped_tools()["needle"]
 GRID = Grid.over_workspace((40, 60, 40))
 
@@ -32,50 +38,15 @@ def random_pose(seed: int) -> ToolPose:
 poses = st.builds(random_pose, st.integers(0, 10**6))
 
 
-def link_shapes() -> dict[str, trimesh.Trimesh]:
-    """Return each link as a mesh with its base at the origin and its tip on +x, in mm."""
-    shapes = {}
-    for link in FORCEPS.links:
-        width, height = link.cross_section_um
-        shape = trimesh.creation.box((link.length_um, width, height))
-        if link.is_round:
-            shape = trimesh.creation.cylinder(width / 2, link.length_um, sections=64)
-            shape.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, (0, 1, 0)))
-        shapes[link.name] = shape.apply_translation((link.length_um / 2, 0, 0)).apply_scale(1e-3)
-    return shapes
-
-
-def write_links(folder: Path) -> Path:
-    for name, shape in link_shapes().items():
-        write_stl(shape, folder / f"{name}.stl")
-    return folder
-
-
-def write_configurations(folder: Path, *angles_deg: tuple[float, float]) -> Path:
-    """Write the whole tool as posed by the meshes of its links, in the root link's frame."""
-    links = MeshTool.per_link(
-        FORCEPS, {path.stem: path for path in write_links(folder / "links").iterdir()}, 1000.0
-    )
-    root_um = FORCEPS.links[0].length_um / 2
-    for theta1, theta2 in angles_deg:
-        pose = ToolPose((root_um, 0, 0), (1, 0, 0, 0), {"theta1": theta1, "theta2": theta2})
-        parts = [
-            trimesh.Trimesh(body.mesh.vertices_um / 1000, body.mesh.triangles)
-            for body in links.bodies(pose).values()
-        ]
-        write_stl(trimesh.util.concatenate(parts), folder / f"theta1_{theta1:g}_theta2_{theta2:g}.stl")
-    return folder
-
-
 @pytest.fixture(scope="module")
 def links(tmp_path_factory: pytest.TempPathFactory) -> MeshTool:
-    return mesh_tool(FORCEPS, write_links(tmp_path_factory.mktemp("links")), 1000.0)
+    return read_mesh_tool(FORCEPS, write_links(tmp_path_factory.mktemp("links")), 1000.0)
 
 
 @pytest.fixture(scope="module")
 def configurations(tmp_path_factory: pytest.TempPathFactory) -> MeshTool:
     folder = tmp_path_factory.mktemp("configurations")
-    return mesh_tool(FORCEPS, write_configurations(folder, (-30, 45), (0, 0), (60, 20)), 1000.0)
+    return read_mesh_tool(FORCEPS, write_configurations(folder, (-30, 45), (0, 0), (60, 20)), 1000.0)
 
 
 @given(poses)
@@ -173,7 +144,7 @@ def test_what_was_mended_is_told(tmp_path: Path) -> None:
     write_links(tmp_path)
     write_stl(without(link_shapes()["link2"], 0), tmp_path / "link2.stl")
 
-    tool = mesh_tool(FORCEPS, tmp_path, 1000.0)
+    tool = read_mesh_tool(FORCEPS, tmp_path, 1000.0)
 
     assert list(tool.repairs) == [tmp_path / "link2.stl"]
     assert "holes filled with 1 triangles" in tool.repairs[tmp_path / "link2.stl"][0]
@@ -181,7 +152,7 @@ def test_what_was_mended_is_told(tmp_path: Path) -> None:
 
 def test_a_tool_without_joints_has_a_mesh_of_its_link(tmp_path: Path) -> None:
     shape = trimesh.creation.box((2, 0.5, 0.5)).apply_translation((1, 0, 0))
-    tool = mesh_tool(NEEDLE, write_stl(shape, tmp_path / "needle.STL").parent, 1000.0)
+    tool = read_mesh_tool(NEEDLE, write_stl(shape, tmp_path / "needle.STL").parent, 1000.0)
 
     body = tool.bodies(ToolPose((5000, 5000, 5000), (1, 0, 0, 0)))["needle"]
 
@@ -193,14 +164,14 @@ def test_a_link_without_a_mesh_is_told(tmp_path: Path) -> None:
     (write_links(tmp_path) / "link1.stl").unlink()
 
     with pytest.raises(MeshError, match="no mesh for link1"):
-        mesh_tool(FORCEPS, tmp_path, 1000.0)
+        read_mesh_tool(FORCEPS, tmp_path, 1000.0)
 
 
 def test_a_name_that_is_no_links_is_told(tmp_path: Path) -> None:
     (write_links(tmp_path) / "link1.stl").rename(tmp_path / "jaw.stl")
 
     with pytest.raises(MeshError, match="no link of that name; its links are link0, link1, link2") as caught:
-        mesh_tool(FORCEPS, tmp_path, 1000.0)
+        read_mesh_tool(FORCEPS, tmp_path, 1000.0)
 
     assert caught.value.where == tmp_path / "jaw.stl"
 
@@ -213,7 +184,7 @@ def test_a_name_that_says_no_angles_is_told(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"")
 
     with pytest.raises(MeshError, match="does not say how the joints") as caught:
-        mesh_tool(FORCEPS, tmp_path, 1000.0)
+        read_mesh_tool(FORCEPS, tmp_path, 1000.0)
 
     assert caught.value.where == tmp_path / name
     assert "theta1_90_theta2_90.stl" in caught.value.remedy
@@ -224,16 +195,16 @@ def test_two_files_for_the_same_angles_are_told(tmp_path: Path) -> None:
     (tmp_path / "theta1_-0.0_theta2_+0.stl").write_bytes(b"")
 
     with pytest.raises(MeshError, match="the same angles"):
-        mesh_tool(FORCEPS, tmp_path, 1000.0)
+        read_mesh_tool(FORCEPS, tmp_path, 1000.0)
 
 
 def test_a_folder_without_meshes_is_told(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match="no mesh of the tool"):
-        mesh_tool(FORCEPS, tmp_path, 1000.0)
+        read_mesh_tool(FORCEPS, tmp_path, 1000.0)
     with pytest.raises(MeshError, match="no mesh for needle"):
-        mesh_tool(NEEDLE, tmp_path, 1000.0)
+        read_mesh_tool(NEEDLE, tmp_path, 1000.0)
     with pytest.raises(MeshError, match="could not be read"):
-        mesh_tool(FORCEPS, tmp_path / "none", 1000.0)
+        read_mesh_tool(FORCEPS, tmp_path / "none", 1000.0)
 
 
 def test_configurations_of_a_tool_without_joints_are_refused(tmp_path: Path) -> None:
@@ -244,6 +215,6 @@ def test_configurations_of_a_tool_without_joints_are_refused(tmp_path: Path) -> 
 @pytest.mark.parametrize("um_per_unit", [1.0, 1e6])
 def test_a_wrong_unit_is_found_by_the_tools_size(tmp_path: Path, um_per_unit: float) -> None:
     with pytest.raises(MeshError, match="where the tool 'magnetic-forceps' has 11 mm") as caught:
-        mesh_tool(FORCEPS, write_links(tmp_path), um_per_unit)
+        read_mesh_tool(FORCEPS, write_links(tmp_path), um_per_unit)
 
     assert "how many µm a unit" in caught.value.remedy

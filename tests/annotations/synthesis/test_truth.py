@@ -1,7 +1,9 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,8 +16,10 @@ from annotations.geometry.targets import pose_targets
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import shipped_tools
 from annotations.synthesis.grid import Grid
+from annotations.synthesis.mesh_tool import MeshTool, read_mesh_tool
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
 from annotations.synthesis.truth import truth_annotation, truth_boxes
+from tests.annotations.synthesis.stl_files import write_configurations, write_links, write_stl
 
 FORCEPS = shipped_tools()["magnetic-forceps"]
 ALONG_Y = rotations.about_axis((0, 0, 1), 90)
@@ -181,3 +185,35 @@ def test_positions_do_not_depend_on_the_grid() -> None:
     np.testing.assert_array_equal(
         list(truth_of(fine).positions_um.values()), list(truth_of(coarse).positions_um.values())
     )
+
+
+@pytest.mark.parametrize("per_configuration", [False, True], ids=["links", "configuration"])
+@pytest.mark.parametrize(
+    "plain",
+    [
+        posed(8700, 8000, 3000, theta1=-90.0),
+        posed(8700, 20000, 3000, theta1=-90.0),
+        posed(8700, 8000, 8500, theta1=-90.0),
+        posed(8700, 8000, 2500, rotation=HINGE_DOWN, theta1=-90.0),
+    ],
+    ids=["across", "out of view", "deep", "upright"],
+)
+def test_meshes_hide_what_the_analytic_bodies_hide(
+    tmp_path: Path, plain: Scene, per_configuration: bool
+) -> None:
+    folder = write_configurations(tmp_path, (-90, 0)) if per_configuration else write_links(tmp_path)
+
+    meshed = replace(plain, mesh=read_mesh_tool(FORCEPS, folder, 1000.0))
+
+    assert states(meshed) == states(plain)
+
+
+def test_what_light_reaches_beside_a_mesh_is_seen_down_to_the_signals_end(tmp_path: Path) -> None:
+    needle = shipped_tools()["needle"]
+    beside = trimesh.creation.box((2000, 500, 500)).apply_translation((1000, 2000, 0))
+    mesh = MeshTool.per_link(needle, {"needle": write_stl(beside, tmp_path / "needle.stl")}, 1.0)
+    scene = Scene(needle, ToolPose((8000, 8000, 3000), (1, 0, 0, 0)), SceneSeed(0), mesh=mesh)
+
+    assert set(states(scene).values()) == {"placed"}
+    deep = replace(scene, pose=replace(scene.pose, position_um=(8000, 8000, 7000)))
+    assert set(states(deep).values()) == {"occluded"}
