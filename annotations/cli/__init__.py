@@ -189,6 +189,19 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help="a tool specification that ships or is in your tool folder (%(default)s)",
     )
+    synthesize.add_argument(
+        "--meshes",
+        type=Path,
+        metavar="DIR",
+        help="the tool's body: STL files named by its links, or by its joints' angles such as "
+        "theta1_-30_theta2_45.stl (what the specification says, by default)",
+    )
+    synthesize.add_argument(
+        "--mesh-unit-um",
+        type=_length,
+        metavar="N",
+        help="how many µm one unit of the STL files is (1000: they are in millimetres)",
+    )
     return parser
 
 
@@ -433,7 +446,7 @@ def _length(text: str) -> float:
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
     if not (math.isfinite(length_um) and length_um > 0):
-        raise argparse.ArgumentTypeError(f"no voxel is {text} µm long")
+        raise argparse.ArgumentTypeError(f"{text} µm is no length")
     return length_um
 
 
