@@ -86,7 +86,7 @@ class LinkBody:
         Exact on either side; negative inside.
         """
         local = (np.asarray(positions_um, dtype=np.float64) - self.center_um) @ self.axes
-        beyond_core = np.linalg.norm(self._from_core(local), axis=-1)
+        beyond_core = np.linalg.norm(self._from_core(np.moveaxis(local, -1, 0)), axis=0)
         return np.asarray(beyond_core - self._inside_core(local) - self.edge_um)
 
     def bounds_um(self) -> tuple[Array, Array]:
@@ -105,25 +105,27 @@ class LinkBody:
     def first_hit(self, x_um: ArrayLike, y_um: ArrayLike) -> Surface:
         """Return where light along +z meets this body in columns at x and y in µm, shapes (n,)."""
         low, high = self.bounds_um()
-        columns = np.column_stack([x_um, y_um, np.full(np.shape(x_um), low[2] - 1.0)])
+        top_um = low[2] - 1.0
+        columns = np.column_stack([x_um, y_um, np.full(np.shape(x_um), top_um)])
         surface = Surface(np.full(len(columns), np.inf), np.zeros(len(columns)))
         active = np.flatnonzero(self._casts_on(columns[:, :2]))
-        start = (columns - self.center_um) @ self.axes
+        start = self.axes.T @ (columns[active] - self.center_um).T
         light = self.axes[2]
-        travelled = np.zeros(len(start))
+        travelled = np.zeros(len(active))
         for _ in range(_STEPS):
-            gap = self._from_core(start[active] + travelled[active, None] * light)
-            length = np.linalg.norm(gap, axis=1)
+            gap = self._from_core(start + light[:, None] * travelled)
+            length = np.linalg.norm(gap, axis=0)
             distance = length - self.edge_um
-            approach = -(gap @ light) / np.maximum(length, _TOLERANCE_UM)
+            approach = -(light @ gap) / np.maximum(length, _TOLERANCE_UM)
             met = distance <= _TOLERANCE_UM
-            surface.depth_um[active[met]] = columns[active[met], 2] + travelled[active[met]]
-            surface.facing[active[met]] = np.clip(approach[met], 0, 1)
+            surface.depth_um[active[met]] = top_um + travelled[met]
+            surface.facing[active[met]] = np.minimum(np.maximum(approach[met], 0), 1)
             # Once the distance no longer shrinks, a convex body has been missed.
-            nearing = ~met & (approach > _LEAST_APPROACH)
-            active = active[nearing]
-            travelled[active] += distance[nearing] / approach[nearing]
-            active = active[columns[active, 2] + travelled[active] <= high[2]]
+            nearing = np.flatnonzero(~met & (approach > _LEAST_APPROACH))
+            travelled = travelled[nearing] + distance[nearing] / approach[nearing]
+            above = top_um + travelled <= high[2]
+            nearing, travelled = nearing[above], travelled[above]
+            active, start = active[nearing], start[:, nearing]
             if not active.size:
                 break
         return surface
@@ -148,18 +150,19 @@ class LinkBody:
         return np.asarray(np.maximum((core[: local.shape[-1]] - np.abs(local)).min(axis=-1), 0))
 
     def _from_core(self, local: Array) -> Array:
-        """Return the vectors from the nearest point of the core to points in the link's frame, (..., 3) each.
+        """Return the vectors from the nearest point of the core to points in the link's frame, (3, ...) each.
 
         The core is the shape less its rounding; the vectors are zero inside it.
         """
         core = self.half_size_um - self.edge_um
         if not self.is_round:
-            return np.asarray(np.sign(local) * np.maximum(np.abs(local) - core, 0))
-        radius = np.hypot(local[..., 1], local[..., 2])
+            half = core.reshape(3, *[1] * (local.ndim - 1))
+            return np.asarray(np.sign(local) * np.maximum(np.abs(local) - half, 0))
+        along, across, up = local
+        radius = np.hypot(across, up)
         outside = np.maximum(radius - core[1], 0) / np.maximum(radius, _TOLERANCE_UM)
-        along = local[..., 0]
         axial = np.sign(along) * np.maximum(np.abs(along) - core[0], 0)
-        return np.stack([axial, local[..., 1] * outside, local[..., 2] * outside], axis=-1)
+        return np.stack([axial, across * outside, up * outside])
 
 
 def link_bodies(pose: ToolPose, tool: ToolSpecification) -> dict[str, LinkBody]:

@@ -4,6 +4,7 @@ Yaw, pitch and roll are intrinsic turns about z, the new y and the new x, in deg
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,7 @@ Quaternion = tuple[float, float, float, float]
 """A unit quaternion (w, x, y, z), w ≥ 0."""
 
 _ROUNDING = 8 * float(np.finfo(np.float64).eps)
-_ORTHONORMAL = 1e-6
+_ORTHONORMAL = 1e-6 + 1e-5 * np.eye(3)
 # Nearer to the vertical than this, yaw and roll are turns about one and the same axis.
 _VERTICAL = 1e-9
 
@@ -20,33 +21,37 @@ _VERTICAL = 1e-9
 def quaternion(values: ArrayLike) -> Quaternion:
     """Return the unit quaternion with w ≥ 0 of the same rotation; ValueError for a length of zero."""
     raw = np.asarray(values, dtype=np.float64)
-    if raw.shape != (4,) or not np.isfinite(raw).all() or not raw.any():
+    numbers = raw.tolist() if raw.shape == (4,) else []
+    if not any(numbers) or not all(map(math.isfinite, numbers)):
         raise ValueError(f"a rotation needs four finite numbers (w, x, y, z), not all zero; found {values!r}")
     # One that is of unit length but for rounding stays as it is, or it would change each time it is read.
-    if abs(math.hypot(*raw) - 1) > _ROUNDING:
+    if abs(math.hypot(*numbers) - 1) > _ROUNDING:
         # Scaled first, because a sum of squares would under- or overflow.
         raw = raw / np.abs(raw).max()
-        raw = raw / math.hypot(*raw)
-    w, x, y, z = raw * (-1.0 if raw[0] < 0 else 1.0)
-    return (float(w), float(x), float(y), float(z))
+        numbers = (raw / math.hypot(*raw)).tolist()
+    sign = -1.0 if numbers[0] < 0 else 1.0
+    w, x, y, z = (sign * number for number in numbers)
+    return (w, x, y, z)
 
 
 def matrix(rotation_wxyz: ArrayLike) -> NDArray[np.float64]:
     """Return the (3, 3) matrix of a rotation; its columns are the rotated x, y and z axes."""
-    return matrices(np.asarray(quaternion(rotation_wxyz)))
+    return np.array(_rows(*quaternion(rotation_wxyz)))
 
 
 def matrices(rotations_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the matrices, (…, 3, 3), of many rotations: unit quaternions (…, 4); NaN stays NaN."""
-    w, x, y, z = np.moveaxis(rotations_wxyz, -1, 0)
-    by_row_and_column = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    by_row_and_column = np.array(_rows(*np.moveaxis(rotations_wxyz, -1, 0)))
     return np.moveaxis(by_row_and_column, (0, 1), (-2, -1))
+
+
+def _rows(w: Any, x: Any, y: Any, z: Any) -> list[list[Any]]:
+    """Return the entries of the matrix of a quaternion, or of many."""
+    return [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
 
 
 def from_matrix(rotation: ArrayLike) -> Quaternion:
@@ -56,7 +61,7 @@ def from_matrix(rotation: ArrayLike) -> Quaternion:
     small number (S. W. Shepperd, *Quaternion from rotation matrix*, J. Guidance and Control 1, 1978).
     """
     m = np.asarray(rotation, dtype=np.float64)
-    if m.shape != (3, 3) or not np.allclose(m.T @ m, np.eye(3), atol=_ORTHONORMAL) or np.linalg.det(m) < 0:
+    if m.shape != (3, 3) or not (np.abs(m.T @ m - np.eye(3)) <= _ORTHONORMAL).all() or np.linalg.det(m) < 0:
         raise ValueError(f"not the (3, 3) matrix of a rotation: {m.tolist()}")
     trace = float(np.trace(m))
     squares = np.array([trace, *(2 * np.diag(m) - trace)])

@@ -1,5 +1,6 @@
 """What a network would see of a scene's volume, made without the volume: fast enough to train on."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -13,8 +14,6 @@ from annotations.synthesis.scanner import Depths, Scanner
 from annotations.synthesis.scene import Scene
 from annotations.volumes.sampling import Sampling, depth_cells, sampled_voxels
 
-_AROUND = 3
-"""Samples around a surface in which the voxels differ too much for the middle one to stand for all."""
 _NOTHING = Surface(np.array([np.inf]), np.zeros(1))
 
 
@@ -74,21 +73,36 @@ def _means(
     normal = _normal_quantiles().take(bits, mode="clip")
     struck = np.flatnonzero(np.isfinite(surface.depth_um))
     normal_below = normal[struck]
-    grey = _drawn(noise.of(scanner.mean_grey(_NOTHING, grid, middles)), counts, normal)
+    free = scanner.mean_grey(_NOTHING, grid, middles)
+    grey = _drawn(noise.of(free), counts, normal)
     seen = Surface(surface.depth_um[struck], surface.facing[struck])
-    moments = noise.of(scanner.mean_grey(seen, grid, middles))
+    cell = np.searchsorted(cells, seen.depth_um / grid.spacing_um[2], side="right")[:, None] - 1
+    # Above the surface all is as in a free column, far below it there is nothing left but noise.
+    level = np.where(np.arange(len(counts)) < cell, free, np.float32(scanner.noise_grey))
+    lit = _span(cell, len(counts), 0, math.ceil(scanner.reach_um / (counts[0] * grid.spacing_um[2])))
+    level[lit] = scanner.mean_grey(seen, grid, middles[lit[1]])
+    moments = noise.of(level)
     # Around the surface each voxel counts.
-    width, depth = min(_AROUND, len(counts)), int(counts.max())
-    first = np.searchsorted(cells, seen.depth_um / grid.spacing_um[2], side="right") - 1 - _AROUND // 2
-    near = np.clip(first, 0, len(counts) - width)[:, None] + np.arange(width)
-    voxels = np.minimum(cells[near][..., None] + np.arange(depth), grid.shape[2] - 1)
-    close = depths[voxels.reshape(len(struck), width * depth)]
+    near = _span(cell, len(counts), -1, 1)
+    voxels = np.minimum(cells[near[1]][..., None] + np.arange(counts.max()), grid.shape[2] - 1)
+    close = depths[voxels.reshape(len(struck), math.prod(voxels.shape[1:]))]
     around = noise.of(scanner.mean_grey(seen, grid, close))
-    at = np.arange(len(struck))[:, None], near
-    moments.mean[at] = around.mean.reshape(voxels.shape).mean(axis=2)
-    moments.variance[at] = around.variance.reshape(voxels.shape).mean(axis=2)
+    moments.mean[near] = around.mean.reshape(voxels.shape).mean(axis=2)
+    moments.variance[near] = around.variance.reshape(voxels.shape).mean(axis=2)
     grey[struck] = _drawn(moments, counts, normal_below)
     return grey
+
+
+def _span(
+    cell: NDArray[np.intp], count: int, first: int, last: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return where the cells from `first` to `last` around one of each row are, shape (n, 1), as an index.
+
+    At the ends of the rows, of so many cells, they are others, still as many and next to each other.
+    """
+    width = min(last - first + 1, count)
+    columns = np.clip(cell + first, 0, count - width) + np.arange(width)
+    return np.arange(len(cell))[:, None], columns
 
 
 def _middles(depths: Depths, cells: NDArray[np.intp]) -> Depths:

@@ -1,5 +1,6 @@
 """How an OCT scanner sees a surface: from the depth that the light reaches to grey values."""
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -85,6 +86,12 @@ class Scanner:
     def noise(self) -> GreyNoise:
         """What is random in a grey value."""
         return GreyNoise(self.looks, self.grey_per_db, self.noise_sigma_grey)
+
+    @property
+    def reach_um(self) -> float:
+        """How far below a surface the body returns less than a hundredth of the noise floor's power."""
+        nepers = math.log(10) * (self.surface_db + self.body_db + 20) / 10
+        return max(nepers * self.body_decay_um, 4 * self.beam_sigma_um / _LEAST_FACING)
 
     def depths(self, z_um: NDArray[np.float64]) -> "Depths":
         """Return depths in µm, shape (nz,), with what is left of the light there."""

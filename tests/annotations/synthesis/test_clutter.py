@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -65,19 +67,18 @@ def test_a_block_that_finds_no_room_is_left_out() -> None:
 
 
 def test_blocks_are_seen_and_cast_shadows() -> None:
-    plain, cluttered = (
-        random_scene(FORCEPS, SceneSeed(8), conditions=SceneConditions(clutter=(count, count)))
-        for count in (0, 6)
-    )
-    bare, full = (network_volume(scene, OMES_SAMPLING) for scene in (plain, cluttered))
+    plain = random_scene(FORCEPS, SceneSeed(5))
     x_um, y_um = (OMES_SAMPLING.axis_um(axis, plain.grid.spacing_um) for axis in (0, 1))
-    block_um = cluttered.surface_at(x_um, y_um).depth_um
-    over = block_um < plain.surface_at(x_um, y_um).depth_um
+    free = np.argwhere(~np.isfinite(plain.surface_at(x_um, y_um).depth_um))[200]
+    center_um = np.array([x_um[free[0]], y_um[free[1]], 700.0])
+    block = LinkBody(center_um, np.eye(3), np.array([400.0, 400.0, 200.0]), is_round=False)
+    bare, full = (network_volume(scene, OMES_SAMPLING) for scene in (plain, replace(plain, clutter=(block,))))
+    over = (np.abs(x_um - center_um[0]) < 300)[:, None] & (np.abs(y_um - center_um[1]) < 300)
+    beside = (np.abs(x_um - center_um[0]) > 401)[:, None] | (np.abs(y_um - center_um[1]) > 401)
 
-    # What lies below the signal's end is not seen.
-    assert np.all((bare != full)[over & (block_um < 4500)].any(axis=1))
-    np.testing.assert_allclose(bare[~over], full[~over], atol=0.2)
-    shadow = OMES_SAMPLING.axis_um(2, plain.grid.spacing_um) > block_um[..., None] + 2000
-    shadow &= (over & (block_um < 3000))[..., None]
-    shadow[..., 40:] = False
-    assert full[shadow].mean() < bare[shadow].mean() - 1
+    z_um = OMES_SAMPLING.axis_um(2, plain.grid.spacing_um)
+    assert over.any()
+    assert np.all(np.abs(z_um[full[over].argmax(axis=1)] - 500) < OMES_SAMPLING.spacing_um[2])
+    shadow = (z_um > 3000) & (z_um < 4000)
+    assert full[over][:, shadow].mean() < bare[over][:, shadow].mean() - 1
+    np.testing.assert_allclose(bare[beside], full[beside], atol=0.2)
