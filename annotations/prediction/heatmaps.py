@@ -196,9 +196,11 @@ def decode(heatmaps: ArrayLike, convention: HeatmapConvention) -> DecodedHeatmap
     mass = weights.sum(axis=(1, 2, 3), dtype=np.float64)
     safe_mass = np.where(mass > 0, mass, 1.0)[:, None]
     if convention.target == "distribution":
-        absence = np.exp(-np.asarray(largest, dtype=np.float64))
-        presence = mass / (mass + absence)
-        peak = 1 / (mass + absence)
+        # Relative to the larger of the largest logit and that of absence, which is 0: nothing overflows.
+        logit = largest.astype(np.float64)
+        highest, absence = np.exp(np.minimum(logit, 0)), np.exp(-np.maximum(logit, 0))
+        presence = mass * highest / (mass * highest + absence)
+        peak = highest / (mass * highest + absence)
         is_there = presence >= _LEAST_PRESENCE
     else:
         peak = largest.astype(np.float64)
