@@ -2,16 +2,13 @@
 
 import argparse
 import os
-import signal
-import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from types import FrameType
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from annotations.app_folders import tool_folder
 from annotations.cli.learning_extra import require_torch
 from annotations.cli.output import write_text
+from annotations.cli.stopping import STOPPED, say, stopping
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
@@ -20,7 +17,6 @@ from annotations.learning.settings import TrainingSettings, read_settings
 if TYPE_CHECKING:
     from annotations.learning.annotated_examples import FoundStudy
 
-_STOPPED = 130
 _USUAL_TOOL = "magnetic-forceps"
 
 
@@ -44,10 +40,10 @@ def run(arguments: argparse.Namespace) -> int:
     torch.set_num_threads(settings.threads or os.cpu_count() or 1)
     studies = find_studies(arguments.studies)
     tool = _tool(arguments.tool, studies)
-    with _stopping() as stopped:
+    with stopping() as stopped:
         try:
             annotated = (
-                annotated_examples(studies, settings.sampling, settings.annotated, _say, stopped)
+                annotated_examples(studies, settings.sampling, settings.annotated, say, stopped)
                 if studies
                 else AnnotatedExamples()
             )
@@ -56,15 +52,15 @@ def run(arguments: argparse.Namespace) -> int:
                 tool,
                 annotated,
                 arguments.output,
-                say=_say,
+                say=say,
                 stopped=stopped,
                 restart=arguments.restart,
             )
         except Cancelled:
             checkpoint = None
     if checkpoint is None:
-        _say("stopped; the same command goes on from here")
-        return _STOPPED
+        say("stopped; the same command goes on from here")
+        return STOPPED
     write_text(str(checkpoint.path))
     return 0
 
@@ -80,27 +76,3 @@ def _tool(name: str | None, studies: Sequence["FoundStudy"]) -> ToolSpecificatio
             remedy="Leave --tool out, or name other studies",
         )
     return tool
-
-
-def _say(line: str) -> None:
-    sys.stderr.write(line + "\n")
-    sys.stderr.flush()
-
-
-@contextmanager
-def _stopping() -> Iterator[Callable[[], bool]]:
-    """Give what says whether a person asked to stop: once politely, twice at once."""
-    asked = False
-
-    def on_signal(_number: int, _frame: FrameType | None) -> None:
-        nonlocal asked
-        if asked:
-            raise KeyboardInterrupt
-        asked = True
-        _say("stopping after this step; press Ctrl-C again to lose what was learned since the last epoch")
-
-    before = signal.signal(signal.SIGINT, on_signal)
-    try:
-        yield lambda: asked
-    finally:
-        signal.signal(signal.SIGINT, before)
