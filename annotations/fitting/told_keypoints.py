@@ -10,15 +10,24 @@ from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import keypoints_um
 from annotations.geometry.tool import ToolSpecification
 
-_ALIKE_UM = 4 * SIGMA_UM
+_ALIKE_SIGMAS = 4.0
 """Poses that explain the data alike put a keypoint at one place if they put it no further apart than this."""
 
 
-def told_keypoints_um(fit: ToolFit, tool: ToolSpecification) -> Mapping[str, Vector]:
+def told_keypoints_um(
+    fit: ToolFit, tool: ToolSpecification, sigma_um: float = SIGMA_UM
+) -> Mapping[str, Vector]:
     """Return where a fit puts those keypoints in µm, by name, that what is seen tells the place of.
 
     That is none while place or direction of the root link is open, none on a link that a joint with an open
     angle turns, and none that another pose, which explains the data as well, puts elsewhere.
+
+    Parameters
+    ----------
+    fit : ToolFit
+    tool : ToolSpecification
+    sigma_um : float
+        Usual standard deviation along each axis of what was fitted to.
     """
     chain = chain_of(tool)
     whole = {"x_um", "y_um", "z_um", "rotation_y_deg", "rotation_z_deg"}
@@ -32,6 +41,6 @@ def told_keypoints_um(fit: ToolFit, tool: ToolSpecification) -> Mapping[str, Vec
         link = tool.link_of(name)
         if link is None or link.name in open_links:
             continue
-        if all(math.dist(position_um, rival_um[name]) <= _ALIKE_UM for rival_um in rivals_um):
+        if all(math.dist(position_um, rival_um[name]) <= _ALIKE_SIGMAS * sigma_um for rival_um in rivals_um):
             told_um[name] = position_um
     return told_um

@@ -39,7 +39,8 @@ class PredictedPose:
     fit : ToolFit
         To all keypoints but those that were left out.
     keypoints_um : mapping of str to (float, float, float)
-        Where it puts the keypoints of which it tells the place (`told_keypoints_um`).
+        Where it puts the keypoints that count, and the others of which they tell the place
+        (`told_keypoints_um`).
     residuals_um : mapping of str to float
         How far from there each of them was predicted, those included that were left out.
     left_out : tuple of str
@@ -89,7 +90,9 @@ def fit_prediction(predicted: PredictedKeypoints, description: CheckpointDescrip
         points = tuple(point for point in points if point.keypoint != name)
         if _misfit(better) * _LEAST_GAIN ** len(without) < _misfit(fit):
             best, left_out = better, without
-    told_um = told_keypoints_um(best, tool)
+    # A keypoint that counts tells its own place at least.
+    counted_um = {name: best.keypoints_um[name] for name in best.residuals_um}
+    told_um = counted_um | told_keypoints_um(best, tool, _usual_sigma_um(description))
     return PredictedPose(
         best,
         told_um,
@@ -103,22 +106,32 @@ def fit_prediction(predicted: PredictedKeypoints, description: CheckpointDescrip
 
 
 def _body_points(predicted: PredictedKeypoints, description: CheckpointDescription) -> tuple[BodyPoint, ...]:
-    sampling, convention, tool = description.sampling, description.heatmaps, description.tool
-    # Of the heatmap that a network was taught, which is as wide for a keypoint of which it is sure.
-    width_um = (
-        np.multiply(convention.sigma_voxel, convention.reduction) * sampling.spacing_um / convention.shrink
-    )
-    taught = float(np.mean(np.square(width_um)))
+    tool = description.tool
+    taught_um, usual_um = _taught_um(description), _usual_sigma_um(description)
     points = []
     for name, spread_um in zip(predicted.names, predicted.spread_um, strict=True):
         position_um, link = predicted.by_name.get(name), tool.link_of(name)
         if position_um is None or link is None:
             continue
-        more = max(float(np.mean(np.square(spread_um))) - taught, 0.0)
+        more = max(float(np.mean(np.square(spread_um))) - taught_um**2, 0.0)
         local_um = (0.0 if name == link.base else link.length_um, 0.0, 0.0)
-        sigma_um = math.sqrt(_SHARE_OF_WIDTH**2 * taught + more)
-        points.append(BodyPoint(link.name, local_um, position_um, sigma_um, name))
+        points.append(BodyPoint(link.name, local_um, position_um, math.sqrt(usual_um**2 + more), name))
     return tuple(points)
+
+
+def _taught_um(description: CheckpointDescription) -> float:
+    """Return how wide the heatmaps are that the network was taught, as they are where it is sure.
+
+    It is a standard deviation along each axis, the root mean square of the three.
+    """
+    sampling, convention = description.sampling, description.heatmaps
+    voxel_um = np.multiply(convention.reduction, sampling.spacing_um) / convention.shrink
+    return float(np.sqrt(np.mean(np.square(voxel_um * convention.sigma_voxel))))
+
+
+def _usual_sigma_um(description: CheckpointDescription) -> float:
+    """Return by how much the network is usually off along each axis, as a standard deviation."""
+    return _SHARE_OF_WIDTH * _taught_um(description)
 
 
 def _without_one(points: Sequence[BodyPoint], tool: ToolSpecification) -> tuple[str, ToolFit] | None:
