@@ -156,6 +156,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_export(commands)
     _add_landmarks(commands)
     _add_train(commands)
+    _add_predict(commands)
 
     synthesize = _add(
         commands,
