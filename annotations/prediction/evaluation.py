@@ -1,0 +1,206 @@
+"""A checkpoint judged by volumes of which the truth is known: a study's, or synthetic ones made meanwhile."""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from annotations.app_folders import tool_folder
+from annotations.documents.annotation import VolumeReference
+from annotations.documents.study import Study, StudyVolume, load_study
+from annotations.errors import Cancelled, UserError
+from annotations.geometry.kinematics import keypoints_um
+from annotations.geometry.tool import ToolSpecification
+from annotations.geometry.tool_library import find_tool
+from annotations.interchange.speaking_documents import Choice, SpeakingDocument, speaking_documents
+from annotations.interchange.split import SplitRule, split_of
+from annotations.prediction.error_table import ErrorTable, JudgedPrediction, UnjudgedVolume, error_table
+from annotations.prediction.predicted_pose import fit_prediction
+from annotations.prediction.prediction import Prediction, prediction_of
+from annotations.prediction.prediction_file import study_prediction_path
+from annotations.prediction.predictor import Predictor
+from annotations.prediction.study_errors import Truth, study_errors
+from annotations.prediction.volume_prediction import predict_volume, reference_to_checkpoint
+from annotations.synthesis.conditions import TRAINING_CONDITIONS, SceneConditions
+from annotations.synthesis.network_volume import network_volume
+from annotations.synthesis.scene import Scene, SceneSeed, random_scene
+from annotations.volumes import open_volume
+
+SplitName = Literal["train", "validation", "test"]
+
+_TRUTH = "truth"
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """The part of a study on which a checkpoint is judged.
+
+    Attributes
+    ----------
+    split : str
+        ``train``, ``validation`` or ``test``.
+    rule : SplitRule
+        That of the training.
+    """
+
+    split: SplitName
+    rule: SplitRule
+
+
+@dataclass(frozen=True)
+class SyntheticVolumes:
+    """Volumes that are made to judge a checkpoint, at the resolution of its network.
+
+    Attributes
+    ----------
+    count : int
+    seed : int
+        Number of their series.
+    conditions : SceneConditions
+    """
+
+    count: int
+    seed: int
+    conditions: SceneConditions = TRAINING_CONDITIONS
+
+
+def evaluate_study(
+    predictor: Predictor,
+    folder: Path,
+    truth: Truth,
+    held_out: HeldOut | None = None,
+    *,
+    progress: Callable[[float], None] = lambda _share: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> ErrorTable:
+    """Predict the annotated volumes of a study, and return the errors; nothing is written.
+
+    Parameters
+    ----------
+    predictor : Predictor
+    folder : Path
+        The study's.
+    truth : Truth
+        Whose annotations.
+    held_out : HeldOut, optional
+        All annotated volumes by default.
+    progress, cancelled : callable
+        Told the share that is done, and asked whether to stop, before each volume.
+
+    Raises
+    ------
+    UserError
+        The study or its tool is wrong, or none of the volumes that are asked for has an annotation.
+    Cancelled
+        `cancelled` returned true.
+    """
+    study = load_study(folder)
+    tool = find_tool(study.tool, (folder / "tools", tool_folder()))
+    documents = _documents(study, folder, tool, truth)
+    if held_out is not None:
+        splits = split_of(
+            [(one.volume.id, one.annotation.volume.fingerprint) for one in documents], held_out.rule
+        )
+        documents = tuple(
+            one for one, split in zip(documents, splits, strict=True) if split == held_out.split
+        )
+    if not documents:
+        part = "" if held_out is None else f" in its part for {held_out.split}"
+        raise UserError(
+            f"no volume{part} has an annotation that speaks for it",
+            where=folder,
+            remedy="Finish annotations, make the consensus, or name an annotator (--annotator)",
+        )
+    predictions: dict[str, Prediction] = {}
+    unjudged: list[UnjudgedVolume] = []
+    for number, document in enumerate(documents):
+        if cancelled():
+            raise Cancelled
+        progress(number / len(documents))
+        try:
+            predictions[document.volume.id] = _predict(predictor, folder, document.volume)
+        except UserError as error:
+            unjudged.append(UnjudgedVolume(volume=document.volume.id, reason=str(error).rstrip(".")))
+    table = study_errors(folder, predictions, truth, unjudged=unjudged, cancelled=cancelled)
+    progress(1.0)
+    return table
+
+
+def evaluate_synthetic(
+    predictor: Predictor,
+    volumes: SyntheticVolumes,
+    progress: Callable[[float], None] = lambda _share: None,
+) -> ErrorTable:
+    """Make synthetic volumes of the checkpoint's tool, predict each, and return the errors.
+
+    They depend on the seed, the conditions and the tool alone. They are not the ones of `write_study` with
+    the same seed, whose noise is another.
+
+    Parameters
+    ----------
+    predictor : Predictor
+    volumes : SyntheticVolumes
+    progress : callable
+        Told the share that is done before each volume.
+
+    Raises
+    ------
+    UserError
+        The tool has no links, or does not fit into the workspace.
+    """
+    tool = predictor.checkpoint.description.tool
+    judged = []
+    for number in range(volumes.count):
+        progress(number / volumes.count)
+        scene = random_scene(tool, SceneSeed(volumes.seed, number), conditions=volumes.conditions)
+        judged.append(
+            JudgedPrediction(
+                f"s{number + 1:05}",
+                _predict_scene(predictor, scene),
+                keypoints_um(scene.pose, tool),
+                _TRUTH,
+            )
+        )
+    progress(1.0)
+    return error_table(judged, tool, title=f"synthetic volumes, seed {volumes.seed}")
+
+
+def _documents(
+    study: Study, folder: Path, tool: ToolSpecification, truth: Truth
+) -> tuple[SpeakingDocument, ...]:
+    method = truth.method or ("keypoints" if "keypoints" in study.methods else study.methods[0])
+    choice = Choice(method, truth.annotator, unfinished=truth.unfinished)
+    documents, _ = speaking_documents(study, folder, tool, (folder / "tools", tool_folder()), choice)
+    return documents
+
+
+def _predict(predictor: Predictor, folder: Path, wanted: StudyVolume) -> Prediction:
+    path = study_prediction_path(folder, predictor.checkpoint.description.name, wanted.id)
+    with open_volume(folder / wanted.path, dataset=wanted.dataset) as volume:
+        # As in the application, what was said of this volume comes before what was said of the study.
+        is_known = volume.spacing_source in ("sidecar", "file") or wanted.spacing_um is None
+        spacing_um = volume.spacing_um if is_known else wanted.spacing_um
+        return predict_volume(predictor, volume, spacing_um, path)
+
+
+def _predict_scene(predictor: Predictor, scene: Scene) -> Prediction:
+    description = predictor.checkpoint.description
+    samples = network_volume(scene, description.sampling)
+    predicted = predictor.predict_samples(samples, scene.grid.spacing_um)
+    name = f"synthetic-{scene.seed.series}-{scene.seed.scene}.npy"
+    reference = VolumeReference(
+        path=name,
+        shape=scene.grid.shape,
+        dtype=description.sampling.dtype,
+        spacing_um=scene.grid.spacing_um,
+        # There is no volume whose content could be known by.
+        fingerprint=hashlib.sha256(samples.tobytes()).hexdigest(),
+    )
+    return prediction_of(
+        predicted,
+        fit_prediction(predicted, description),
+        reference,
+        reference_to_checkpoint(predictor.checkpoint, Path(name)),
+        scene.tool,
+    )
