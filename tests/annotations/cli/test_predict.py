@@ -13,6 +13,7 @@ from annotations.cli import main
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
 from annotations.documents.study import load_study, save_study
+from annotations.prediction.heatmaps import HeatmapConvention
 from annotations.prediction.prediction_file import load_prediction
 from annotations.volumes import sidecar_path
 from tests.annotations.prediction.known_keypoints import COARSE, described, heatmaps_of, save_knowing
@@ -24,7 +25,7 @@ RunJson = Callable[..., tuple[int, list[dict[str, Any]], str]]
 def checkpoint(tmp_path: Path, truth_path: Path) -> Path:
     """A checkpoint that knows the first volume, and takes any other for it."""
     document, _ = load_annotation(truth_path)
-    description = described(COARSE)
+    description = described(COARSE, HeatmapConvention(sigma_voxel=(0.5, 0.5, 0.5)))
     heatmaps = heatmaps_of(description, document.positions_um, document.volume.spacing_um)
     return save_knowing(tmp_path / "known.onnx", description, heatmaps).path
 
