@@ -80,6 +80,8 @@ def _command(name: str) -> Callable[[argparse.Namespace], int]:
             from annotations.cli.predict import run
         case "train":
             from annotations.cli.train import run
+        case "checkpoint":
+            from annotations.cli.checkpoint import run
         case _:
             from annotations.cli.synthesize import run
     return run
@@ -156,6 +158,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_export(commands)
     _add_landmarks(commands)
     _add_train(commands)
+    _add_checkpoint(commands)
     _add_predict(commands)
 
     synthesize = _add(
@@ -413,6 +416,35 @@ def _add_predict(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         type=_length,
         metavar=("X", "Y", "Z"),
         help="how far apart voxels are along axes 0, 1, 2 (what the volume or the study says by default)",
+    )
+
+
+def _add_checkpoint(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    checkpoint = _add(
+        commands,
+        "checkpoint",
+        "what a checkpoint is, or one from a training's weights",
+        "Say what checkpoints are, or make one. No code from a file ever runs.",
+        json_help=None,
+    )
+    actions = checkpoint.add_subparsers(dest="action", required=True, metavar="ACTION")
+    info = _add(
+        actions,
+        "info",
+        "say what a checkpoint is",
+        "Check each checkpoint, and say what it is: its network, tool and keypoints, what it sees of a "
+        "volume, what its heatmaps mean, how it was trained and how well it did.",
+    )
+    info.add_argument("files", nargs="+", type=Path, metavar="FILE", help="a checkpoint (.onnx)")
+    convert = _add(
+        actions,
+        "convert",
+        "a checkpoint from the weights of a training",
+        "Make a checkpoint of the weights that a training left (best.pt). Needs the extra 'train'.",
+    )
+    convert.add_argument("state", type=Path, metavar="STATE", help="the weights (.pt)")
+    convert.add_argument(
+        "-o", "--output", required=True, type=Path, metavar="OUT", help="the new checkpoint (required)"
     )
 
 

@@ -5,10 +5,10 @@ import importlib.util
 from annotations.errors import UserError
 
 
-def require_torch() -> None:
-    """Raise a UserError that says how to install PyTorch where it is absent."""
+def require_torch(what: str = "training") -> None:
+    """Raise a UserError that says that something needs PyTorch, and how to install it, where it is absent."""
     if importlib.util.find_spec("torch") is None:
         raise UserError(
-            "training needs PyTorch, which is not installed",
+            f"{what} needs PyTorch, which is not installed",
             remedy="Install the extra that brings it: pip install 'oct-annotator[train]'",
         )
