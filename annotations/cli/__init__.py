@@ -180,12 +180,16 @@ def _parser() -> argparse.ArgumentParser:
         metavar="S",
         help="where all random choices come from (required)",
     )
-    synthesize.add_argument(
+    shapes = synthesize.add_mutually_exclusive_group()
+    shapes.add_argument(
         "--shape",
         nargs=3,
         type=_at_least(1),
         metavar=("X", "Y", "Z"),
         help="voxels of each volume (those of the scanner's full volume, 2.4 GB, by default)",
+    )
+    shapes.add_argument(
+        "--realtime", action="store_true", help="those of its real-time volume: 28 planes, 62 MB"
     )
     synthesize.add_argument(
         "--tool",
@@ -205,6 +209,33 @@ def _parser() -> argparse.ArgumentParser:
         type=_length,
         metavar="N",
         help="how many µm one unit of the STL files is (1000: they are in millimetres)",
+    )
+    synthesize.add_argument(
+        "--varied",
+        action="store_true",
+        help="let everything vary as for training: what follows, tilt, attenuation, brightness",
+    )
+    synthesize.add_argument(
+        "--out-of-view",
+        nargs=2,
+        type=_share,
+        metavar=("P", "SHARE"),
+        help="in a share P of the volumes, up to SHARE of the tool's length lies beside the volume",
+    )
+    synthesize.add_argument(
+        "--clutter", type=_at_least(0), metavar="N", help="blocks that lie about in each volume"
+    )
+    synthesize.add_argument(
+        "--noise-grey",
+        type=_amount,
+        metavar="SIGMA",
+        help="standard deviation of Gaussian noise, in grey values",
+    )
+    synthesize.add_argument(
+        "--looks",
+        type=_amount,
+        metavar="N",
+        help="speckle patterns that are averaged (2); speckle is the stronger, the fewer",
     )
     return parser
 
@@ -471,6 +502,23 @@ def _angle(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not an angle")
     # Without the sign of a negative zero, which would be written down and shown.
     return angle_deg + 0.0
+
+
+def _share(text: str) -> float:
+    share = _amount(text)
+    if share > 1:
+        raise argparse.ArgumentTypeError(f"{text} is more than 1, the whole")
+    return share
+
+
+def _amount(text: str) -> float:
+    try:
+        amount = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not (math.isfinite(amount) and amount >= 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a number from 0 on")
+    return amount
 
 
 def _length(text: str) -> float:

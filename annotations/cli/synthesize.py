@@ -1,15 +1,29 @@
 """``annotations synthesize``: a study of synthetic volumes."""
 
 import argparse
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from pydantic import ValidationError
 
 from annotations.app_folders import tool_folder
 from annotations.cli.output import remark, show_progress, write_json, write_text
 from annotations.documents.study import annotation_path
 from annotations.geometry.tool import ToolError
 from annotations.geometry.tool_library import find_tool
-from annotations.synthesis import FULL_SHAPE, write_study
+from annotations.synthesis import (
+    FULL_SHAPE,
+    PLAIN_CONDITIONS,
+    REALTIME_SHAPE,
+    TRAINING_CONDITIONS,
+    SceneConditions,
+    write_study,
+)
 from annotations.synthesis.mesh_tool import UM_PER_MM, read_mesh_tool
 from annotations.synthesis.truth import ANNOTATOR
+
+_RANGES = {"clutter": "clutter", "noise_grey": "noise_sigma_grey", "looks": "looks"}
+"""The conditions that an option gives one value, by the option."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -18,7 +32,8 @@ def run(arguments: argparse.Namespace) -> int:
         tool = find_tool(arguments.tool, (tool_folder(),))
     except ToolError as error:
         arguments.misuse(f"argument --tool: {error}")
-    shape = tuple(arguments.shape) if arguments.shape else FULL_SHAPE
+    shape = REALTIME_SHAPE if arguments.realtime else tuple(arguments.shape or FULL_SHAPE)
+    conditions = _conditions(arguments)
     if arguments.mesh_unit_um is not None and arguments.meshes is None:
         arguments.misuse("argument --mesh-unit-um: it is of use with --meshes alone")
     mesh = None
@@ -30,6 +45,8 @@ def run(arguments: argparse.Namespace) -> int:
         count=arguments.count,
         seed=arguments.seed,
         shape=shape,
+        truth_methods=("keypoints", "boxes"),
+        conditions=conditions,
         mesh=mesh,
         progress=show_progress,
     )
@@ -37,9 +54,30 @@ def run(arguments: argparse.Namespace) -> int:
         remark(f"{mended}: mended: {'; '.join(repairs)}")
     for volume in study.volumes:
         path = arguments.folder / volume.path
-        truth = annotation_path(arguments.folder, ANNOTATOR, volume.id, "keypoints")
+        truth, boxes = (
+            annotation_path(arguments.folder, ANNOTATOR, volume.id, method)
+            for method in ("keypoints", "boxes")
+        )
         if arguments.json:
-            write_json({"path": str(path), "annotation": str(truth), "shape": shape})
+            write_json({"path": str(path), "annotation": str(truth), "boxes": str(boxes), "shape": shape})
         else:
-            write_text(f"{path}\n  truth  {truth}")
+            write_text(f"{path}\n  truth  {truth}\n  boxes  {boxes}")
     return 0
+
+
+def _conditions(arguments: argparse.Namespace) -> SceneConditions:
+    """Return what may vary: all as for training, or nothing, and then what was asked for one by one."""
+    misuse: Callable[[str], NoReturn] = arguments.misuse
+    conditions = TRAINING_CONDITIONS if arguments.varied else PLAIN_CONDITIONS
+    asked: dict[str, Any] = {}
+    if arguments.out_of_view is not None:
+        asked["out_of_view_probability"], asked["largest_out_of_view_share"] = arguments.out_of_view
+    for option, name in _RANGES.items():
+        if (value := getattr(arguments, option)) is not None:
+            asked[name] = (value, value)
+    try:
+        return SceneConditions.model_validate(conditions.model_dump() | asked)
+    except ValidationError as error:
+        found = error.errors()[0]
+        option = next(option for option, name in _RANGES.items() if name == found["loc"][0])
+        misuse(f"argument --{option.replace('_', '-')}: {found['msg']}")

@@ -12,7 +12,13 @@ from annotations.cli import main
 from annotations.cli import synthesize as command
 from annotations.documents.study import load_study
 from annotations.geometry.tool_library import shipped_tools
-from annotations.synthesis import FULL_SHAPE
+from annotations.synthesis import (
+    FULL_SHAPE,
+    PLAIN_CONDITIONS,
+    REALTIME_SHAPE,
+    TRAINING_CONDITIONS,
+    SceneConditions,
+)
 from tests.annotations.synthesis.stl_files import (
     link_shapes,
     without,
@@ -33,7 +39,7 @@ def test_synthesize_makes_a_study(tmp_path: Path, run_json: Any) -> None:
     assert [fields["path"] for fields in objects] == [str(folder / f"volumes/v00{n}.npy") for n in (1, 2)]
     for fields in objects:
         assert list(np.load(fields["path"], mmap_mode="r").shape) == fields["shape"] == [9, 14, 11]
-        assert run_json("check", fields["annotation"])[0] == 0
+        assert run_json("check", fields["annotation"], fields["boxes"])[0] == 0
     assert load_study(folder).tool == "magnetic-forceps"
 
 
@@ -45,20 +51,62 @@ def test_what_was_made_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out.splitlines() == [
         str(folder / "volumes/v001.npy"),
         f"  truth  {folder / 'annotations/truth/v001.keypoints.json'}",
+        f"  boxes  {folder / 'annotations/truth/v001.boxes.json'}",
     ]
 
 
-def test_the_shape_is_the_full_volumes_unless_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[object] = []
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What a study would be made with; none is made."""
+    asked: dict[str, Any] = {}
 
     def remember(*_arguments: object, **options: object) -> None:
-        asked.append(options["shape"])
+        asked.update(options)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(command, "write_study", remember)
+    return asked
 
-    assert main(["synthesize", str(tmp_path / "s"), "--count", "1", "--seed", "1"]) == 130
-    assert asked == [FULL_SHAPE]
+
+@pytest.mark.parametrize(("words", "shape"), [((), FULL_SHAPE), (("--realtime",), REALTIME_SHAPE)])
+def test_the_shape_is_the_full_volumes_unless_given(
+    tmp_path: Path, asked: dict[str, Any], words: tuple[str, ...], shape: tuple[int, int, int]
+) -> None:
+    assert main(["synthesize", str(tmp_path / "s"), "--count", "1", "--seed", "1", *words]) == 130
+
+    assert asked["shape"] == shape
+
+
+@pytest.mark.parametrize(
+    ("words", "conditions"),
+    [
+        ("", PLAIN_CONDITIONS),
+        ("--varied", TRAINING_CONDITIONS),
+        (
+            "--out-of-view 0.3 0.2",
+            SceneConditions(out_of_view_probability=0.3, largest_out_of_view_share=0.2),
+        ),
+        ("--clutter 3", SceneConditions(clutter=(3, 3))),
+        ("--noise-grey 5", SceneConditions(noise_sigma_grey=(5.0, 5.0))),
+        ("--looks 1.5", SceneConditions(looks=(1.5, 1.5))),
+        ("--varied --clutter 0", TRAINING_CONDITIONS.model_copy(update={"clutter": (0, 0)})),
+    ],
+)
+def test_conditions_are_what_was_asked_for(
+    tmp_path: Path, asked: dict[str, Any], words: str, conditions: SceneConditions
+) -> None:
+    assert main(["synthesize", str(tmp_path / "s"), "--count", "1", "--seed", "1", *words.split()]) == 130
+
+    assert asked["conditions"] == conditions
+
+
+def test_conditions_reach_the_volumes(tmp_path: Path) -> None:
+    for name, words in (("plain", []), ("noisy", ["--noise-grey", "20"])):
+        arguments = ["synthesize", str(tmp_path / name), "--count", "1", "--seed", "7", *map(str, SMALL)]
+        assert main([*arguments, *words]) == 0
+
+    plain, noisy = (np.load(tmp_path / name / "volumes/v001.npy").std() for name in ("plain", "noisy"))
+    assert noisy > plain + 3
 
 
 @pytest.mark.parametrize("name", ["needle", "my-needle"])
@@ -85,6 +133,14 @@ def test_another_tool_is_chosen_by_name(tmp_path: Path, run_json: Any, name: str
         ["--seed", "-1"],
         ["--shape", "9", "0", "11"],
         ["--shape", "9", "14"],
+        ["--realtime", *map(str, SMALL)],
+        ["--out-of-view", "0.5", "1.5"],
+        ["--out-of-view", "0.5"],
+        ["--clutter", "101"],
+        ["--noise-grey", "-1"],
+        ["--noise-grey", "100"],
+        ["--looks", "0"],
+        ["--looks", "few"],
         ["--tool", "spoon"],
         ["--mesh-unit-um", "1000"],
         ["--mesh-unit-um", "0", "--meshes", "."],

@@ -15,6 +15,7 @@ from annotations.errors import Cancelled, UserError
 from annotations.geometry.frames import nearest_voxel
 from annotations.geometry.tool_library import find_tool, shipped_tools
 from annotations.synthesis import synthetic_study
+from annotations.synthesis.conditions import SceneConditions
 from annotations.synthesis.synthetic_study import write_study
 from annotations.volumes import open_volume
 
@@ -52,6 +53,28 @@ def test_a_study_holds_volumes_and_the_truth_about_them(empty_folder: Path) -> N
             assert volume.shape == SHAPE
             assert volume.depth_axis == 2
             assert volume.spacing_um == annotation.volume.spacing_um
+
+
+def test_the_truth_can_be_written_as_boxes_too(empty_folder: Path) -> None:
+    write_study(
+        empty_folder,
+        FORCEPS,
+        count=2,
+        seed=1,
+        shape=SHAPE,
+        truth_methods=("keypoints", "boxes"),
+        conditions=SceneConditions(out_of_view_probability=1.0, clutter=(1, 2)),
+    )
+
+    for name in ("v001", "v002"):
+        keypoints, boxes = (
+            empty_folder / f"annotations/truth/{name}.{method}.json" for method in ("keypoints", "boxes")
+        )
+        assert check_file(boxes) == ()
+        exact = load_annotation(keypoints)[0].positions_um
+        for link, box in load_annotation(boxes)[0].placed_boxes.items():
+            assert box.base_um == pytest.approx(exact[FORCEPS.link(link).base], abs=1e-6)
+            assert box.tip_um == pytest.approx(exact[FORCEPS.link(link).tip], abs=1e-6)
 
 
 def test_keypoints_lie_inside_the_bright_tool(empty_folder: Path) -> None:
