@@ -188,13 +188,21 @@ def sampled_voxels(
 
 
 def depth_cells(sampling: Sampling, spacing_um: SpacingUm, shape: Sequence[int]) -> NDArray[np.intp]:
-    """Return where the voxels of each sample begin along the depth, and after them where the last ends."""
+    """Return where the voxels of each sample begin along the depth, and after them where the last ends.
+
+    Without averaging, a sample is the first voxel from there on alone: the one nearest to it.
+    """
     axis = sampling.depth_axis
+    if not sampling.is_averaged:
+        nearest = sampled_voxels(sampling, spacing_um, shape, axis)
+        return np.append(nearest, nearest[-1] + 1)
     stride = sampling.spacing_um[axis] / spacing_um[axis]
     # A voxel whose centre lies on the border belongs to the later cell, whatever rounding did to the stride.
     borders = np.ceil(np.arange(sampling.shape[axis] + 1) * stride - 1e-6).astype(np.intp)
     begun = borders[:-1][borders[:-1] < shape[axis]]
-    return np.append(begun, min(int(borders[len(begun)]), shape[axis]))
+    # Voxels that are a little farther apart than the samples leave a cell empty now and then.
+    end = max(int(borders[len(begun)]), int(begun[-1]) + 1)
+    return np.append(begun, min(end, shape[axis]))
 
 
 def _check_fits(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> None:
@@ -229,8 +237,9 @@ def _even_step(rows: NDArray[np.intp]) -> int:
 
 def _means(values: Array, cells: NDArray[np.intp]) -> NDArray[np.float32]:
     """Return the means of each row's cells, shape (rows, cells)."""
+    # Of an empty cell, the sum is the voxel where the next one begins.
     sums = np.add.reduceat(values, cells[:-1], axis=1, dtype=np.float32)
-    return np.asarray(sums / np.diff(cells), dtype=np.float32)
+    return np.asarray(sums / np.maximum(np.diff(cells), 1), dtype=np.float32)
 
 
 def _as_region(parts: Sequence[slice]) -> Region:

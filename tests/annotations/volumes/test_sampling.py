@@ -60,12 +60,11 @@ def slow_samples(array: np.ndarray, spacing_um: SpacingUm, wanted: Sampling) -> 
             at_um = place * wanted.spacing_um[axis]
             voxels_um = np.arange(array.shape[axis]) * spacing_um[axis]
             nearest = round(at_um / spacing_um[axis])
-            if axis == wanted.depth_axis:
+            if axis == wanted.depth_axis and wanted.is_averaged:
                 until_um = at_um + wanted.spacing_um[axis]
                 slack = spacing_um[axis] * 1e-6
                 [inside] = np.nonzero((voxels_um >= at_um - slack) & (voxels_um < until_um - slack))
-                last = 1 if not wanted.is_averaged else len(inside)
-                chosen.append(slice(inside[0], inside[0] + last) if len(inside) else slice(0, 0))
+                chosen.append(slice(inside[0], inside[-1] + 1) if len(inside) else slice(0, 0))
             else:
                 chosen.append(slice(nearest, min(nearest + 1, array.shape[axis])))
         values = array[tuple(chosen)]
@@ -246,6 +245,14 @@ def test_a_volume_of_another_kind_is_refused(
         sample_volume(volume, spacing_um, sampling((2, 2, 2), (2, 2, 2)))
     assert str(volume.path) in str(caught.value)
     assert caught.value.remedy
+
+
+def test_voxels_a_little_farther_apart_than_the_samples_give_every_sample_a_value(tmp_path: Path) -> None:
+    array = np.full((1, 1, 300), 9, dtype=np.uint8)
+    with stored(tmp_path, array) as volume:
+        samples = sample_volume(volume, (20.0, 10.0, 5.04), sampling((1, 1, 250), (1, 1, 1)))
+
+    assert (samples == 9).all()
 
 
 def test_a_spacing_that_is_a_little_coarser_is_taken(tmp_path: Path) -> None:
