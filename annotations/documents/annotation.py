@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from annotations import __version__
-from annotations.documents.provenance import Contribution, Derivation, Stamps, Viewing
+from annotations.documents.provenance import Contribution, Derivation, PredictionOrigin, Stamps, Viewing
 from annotations.documents.record import Method, Moment, Record, Status, Truth, UsablePath, changed, now
 from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector, is_inside
@@ -233,6 +233,8 @@ class Annotation(Record):
         Why somebody should look at this volume, in the annotator's words; None where nothing is the matter.
     derived_from : Derivation or None
         The document of the other method that this one was made from.
+    predicted_from : PredictionOrigin or None
+        The prediction that it was begun from.
     consensus_of : tuple of Contribution
         The annotations that a consensus was made from; empty for a person's own annotation.
     created, modified : datetime
@@ -256,6 +258,7 @@ class Annotation(Record):
     repeat: RepeatNumber = 0
     flag: FlagText | None = None
     derived_from: Derivation | None = None
+    predicted_from: PredictionOrigin | None = None
     consensus_of: tuple[Contribution, ...] = ()
     created: Moment
     modified: Moment

@@ -36,7 +36,7 @@ class EditRefused(UserError):  # noqa: N818 - named for what happened
 def place_keypoint(document: Annotation, name: str, position_um: Vector, source: Source) -> Annotation:
     """Give a keypoint a position in µm; an unplaced one becomes ``placed``, others keep their state.
 
-    One that was filled in from a fit has been judged by a person now, and is ``placed`` too.
+    One that was filled in from a fit, or predicted, has been judged by a person now, and is ``placed`` too.
     """
     keypoint = _unlocked(document, name)
     if not isinstance(keypoint, KeypointAnnotation):
@@ -46,7 +46,7 @@ def place_keypoint(document: Annotation, name: str, position_um: Vector, source:
 
 
 def place_box(document: Annotation, link: str, box: Box, source: Source) -> Annotation:
-    """Give a link a box; an unplaced or a fitted one becomes ``placed``, others keep their state."""
+    """Give a link a box; one that no person has judged becomes ``placed``, others keep their state."""
     part = _unlocked(document, link)
     if not isinstance(part, BoxAnnotation):
         raise EditRefused(f"{link} is a keypoint in this document, not a box")
@@ -239,7 +239,7 @@ def is_left_to_fit(keypoint: KeypointAnnotation) -> bool:
 
 def _is_unjudged(part: Part) -> bool:
     """Say whether no person has said yet where a part is."""
-    return part.state == "unplaced" or part.source == "fitted"
+    return part.state == "unplaced" or part.source in ("fitted", "predicted")
 
 
 def _carried(document: Annotation, part: Part, place: Box | Vector | None, source: Source) -> Annotation:

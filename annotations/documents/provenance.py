@@ -26,6 +26,24 @@ class Derivation(Record):
     roll_deg: Finite | None = None
 
 
+class PredictionOrigin(Record):
+    """The prediction that a document was begun from; a keypoint that nobody touched since is ``predicted``.
+
+    Attributes
+    ----------
+    path : str
+        The prediction's file, relative to the document's folder where possible.
+    checkpoint : str
+        Name of the checkpoint that predicted.
+    sha256 : str
+        Of the checkpoint's file.
+    """
+
+    path: UsablePath
+    checkpoint: str
+    sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
 class Contribution(Record):
     """One of the annotations that a consensus was made from, which is never changed by it.
 

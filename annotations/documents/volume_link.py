@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from annotations.documents.annotation import VolumeReference
-from annotations.documents.provenance import Contribution, Derivation
+from annotations.documents.provenance import Contribution, Derivation, PredictionOrigin
 from annotations.geometry.frames import Vector
 from annotations.volumes import Volume
 
@@ -46,7 +46,9 @@ def relative_path(path: Path, annotation_path: Path) -> str:
         return path.as_posix()
 
 
-def referenced_path(reference: VolumeReference | Derivation | Contribution, annotation_path: Path) -> Path:
+def referenced_path(
+    reference: VolumeReference | Derivation | PredictionOrigin | Contribution, annotation_path: Path
+) -> Path:
     """Return the absolute path that a document in a file gives for its volume, or for what it was made from.
 
     Nothing need be there.

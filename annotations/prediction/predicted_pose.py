@@ -92,7 +92,7 @@ def fit_prediction(predicted: PredictedKeypoints, description: CheckpointDescrip
             best, left_out = better, without
     # A keypoint that counts tells its own place at least.
     counted_um = {name: best.keypoints_um[name] for name in best.residuals_um}
-    told_um = counted_um | told_keypoints_um(best, tool, _usual_sigma_um(description))
+    told_um = {**counted_um, **told_keypoints_um(best, tool, _usual_sigma_um(description))}
     return PredictedPose(
         best,
         told_um,

@@ -23,7 +23,7 @@ from annotations.documents.annotation import (
 )
 from annotations.documents.edits import place_box, place_keypoint, set_status
 from annotations.documents.files import file_identity, save_annotation
-from annotations.documents.provenance import Contribution, Derivation, Viewing
+from annotations.documents.provenance import Contribution, Derivation, PredictionOrigin, Viewing
 from annotations.documents.record import Method, Status, changed
 from annotations.documents.recovery import RecoveryJournal
 from annotations.documents.volume_link import reference_to
@@ -107,6 +107,14 @@ derivations = st.builds(
 )
 
 
+prediction_origins = st.builds(
+    PredictionOrigin,
+    path=paths,
+    checkpoint=words,
+    sha256=st.text("0123456789abcdef", min_size=64, max_size=64),
+)
+
+
 contributions = st.builds(
     Contribution,
     path=paths,
@@ -151,6 +159,7 @@ def documents(draw: st.DrawFn) -> Annotation:
         repeat=draw(st.integers(0, 3)),
         flag=draw(st.none() | names),
         derived_from=draw(st.none() | derivations),
+        predicted_from=draw(st.none() | prediction_origins),
         consensus_of=tuple(draw(st.lists(contributions, max_size=2))),
         created=draw(moments),
         modified=draw(moments),

@@ -19,6 +19,7 @@ from annotations.documents.study import (
     annotation_name,
     annotation_path,
     annotator_problems,
+    folder_name,
     load_study,
     reviewer_problems,
     save_study,
@@ -360,3 +361,33 @@ def test_people_have_names_in_any_script(tmp_path: Path, name: str) -> None:
 def test_a_name_that_is_no_folders_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(StudyError, match="an annotator's name is also a folder's"):
         annotation_path(tmp_path, name, "v001", "keypoints")
+
+
+@pytest.mark.parametrize("name", ["Lean", "Lean 2 (fine-tuned)", "Größe", "網"])
+def test_most_names_are_a_folders_as_they_are(name: str) -> None:
+    assert folder_name(name) == name
+
+
+def test_other_names_become_a_folders_and_stay_apart(tmp_path: Path) -> None:
+    strange = [
+        "a/b",
+        "a_b",
+        "a\\b",
+        "../../etc",
+        " a",
+        "a.",
+        "...",
+        "C:",
+        "x\0y",
+        "x\ny",
+        "\ud800",
+        "n" * 300,
+    ]
+
+    made = [folder_name(name) for name in strange]
+
+    assert len(set(made)) == len(strange)
+    for name in made:
+        (tmp_path / name).mkdir()
+        assert (tmp_path / name).parent == tmp_path
+        assert folder_name(name) == name
