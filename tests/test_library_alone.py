@@ -49,7 +49,18 @@ def test_every_module_of_the_library_imports() -> None:
 
 @pytest.mark.parametrize(
     "command",
-    ["synthesize", "info", "targets", "convert", "check", "agreement", "export", "landmarks", "predict"],
+    [
+        "synthesize",
+        "info",
+        "targets",
+        "convert",
+        "check",
+        "agreement",
+        "export",
+        "landmarks",
+        "predict",
+        "checkpoint",
+    ],
 )
 def test_every_command_explains_itself(command: str) -> None:
     done = run_without_screen_packages(
