@@ -60,6 +60,9 @@ def test_every_module_of_the_library_imports() -> None:
         "landmarks",
         "predict",
         "checkpoint",
+        "train",
+        "evaluate",
+        "experiment",
     ],
 )
 def test_every_command_explains_itself(command: str) -> None:

@@ -82,6 +82,10 @@ def _command(name: str) -> Callable[[argparse.Namespace], int]:
             from annotations.cli.train import run
         case "checkpoint":
             from annotations.cli.checkpoint import run
+        case "evaluate":
+            from annotations.cli.evaluate import run
+        case "experiment":
+            from annotations.cli.experiment import run
         case _:
             from annotations.cli.synthesize import run
     return run
@@ -158,8 +162,10 @@ def _parser() -> argparse.ArgumentParser:
     _add_export(commands)
     _add_landmarks(commands)
     _add_train(commands)
-    _add_checkpoint(commands)
     _add_predict(commands)
+    _add_checkpoint(commands)
+    _add_evaluate(commands)
+    _add_experiment(commands)
 
     synthesize = _add(
         commands,
@@ -448,6 +454,119 @@ def _add_predict(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         metavar=("X", "Y", "Z"),
         help="how far apart voxels are along axes 0, 1, 2 (what the volume or the study says by default)",
     )
+
+
+def _add_evaluate(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    evaluate = _add(
+        commands,
+        "evaluate",
+        "the errors of a checkpoint on annotated or synthetic volumes",
+        "Let a checkpoint find the keypoints, and compare them with the annotations that speak for a study's "
+        "volumes, or with the truth of synthetic volumes that are made meanwhile: position, orientation and "
+        "angles by the published formulas and by the fit of the tool, beside how far several annotators are "
+        "apart. No prediction is kept.",
+        json_help=None,
+    )
+    evaluate.add_argument("checkpoint", type=Path, metavar="CHECKPOINT", help="the network (.onnx)")
+    evaluate.add_argument("study", nargs="?", type=Path, metavar="STUDY", help="a study's folder")
+    evaluate.add_argument(
+        "--json", type=Path, metavar="OUT", help="write everything as one JSON object; - prints it instead"
+    )
+    evaluate.add_argument(
+        "--annotator", metavar="NAME", help="whose annotations (the consensus, or the only one who is done)"
+    )
+    evaluate.add_argument(
+        "--method",
+        choices=["keypoints", "boxes"],
+        help="which annotations (those that the study asks for by default, keypoints where it asks for both)",
+    )
+    evaluate.add_argument(
+        "--split",
+        choices=["all", "train", "validation", "test"],
+        default="all",
+        help="which part of the volumes, by the split of the checkpoint's training (%(default)s)",
+    )
+    evaluate.add_argument(
+        "--shares", nargs="+", type=float, metavar="SHARE", help="another split than that of the training"
+    )
+    evaluate.add_argument("--split-seed", type=_at_least(0), metavar="S", help="of that split")
+    evaluate.add_argument(
+        "--synthetic", type=_at_least(1), metavar="N", help="make so many volumes in place of a study's"
+    )
+    evaluate.add_argument(
+        "--seed", type=_at_least(0), metavar="S", help="of the synthetic volumes (one that no training uses)"
+    )
+    evaluate.add_argument(
+        "--conditions",
+        choices=["plain", "training"],
+        help="what varies between synthetic volumes: pose and speckle alone, or, as in a training, also what "
+        "is in view, what else lies there, and the scanner (training)",
+    )
+    evaluate.add_argument(
+        "--looks",
+        type=float,
+        metavar="N",
+        help="speckle of all of them: patterns averaged, fewer are rougher",
+    )
+    evaluate.add_argument(
+        "--noise-sigma-grey", type=float, metavar="S", help="Gaussian noise of all of them, in grey values"
+    )
+
+
+def _add_experiment(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    experiment = _add(
+        commands,
+        "experiment",
+        "repeat a published comparison of networks",
+        "Train the networks of a published table one after the other, and write their errors in its layout, "
+        "beside the published ones. Rows that are done are not trained again; an interrupted one goes on. "
+        "Without a study, synthetic volumes stand in for annotated ones, and the tables say so. Needs the "
+        "extra 'train'.",
+        json_help=None,
+    )
+    experiment.add_argument(
+        "name",
+        choices=["networks", "heads", "targets", "temperatures", "regularisers"],
+        metavar="NAME",
+        help="networks (with and without pre-training), heads (keypoints against direct regression), targets "
+        "(Gaussian against one-hot heatmaps), temperatures (1, 10, 100, 1000) or regularisers",
+    )
+    experiment.add_argument("studies", nargs="*", type=Path, metavar="STUDY", help="a study's folder")
+    experiment.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Path,
+        metavar="FOLDER",
+        help="for the tables, and a folder a training (required)",
+    )
+    experiment.add_argument(
+        "--size",
+        choices=["tiny", "small", "full"],
+        default="tiny",
+        help="tiny: reduced networks and volumes, minutes a row on a processor; small: hours in all; full: as "
+        "published, for a graphics card (%(default)s)",
+    )
+    experiment.add_argument(
+        "--volumes", type=_at_least(2), metavar="N", help="how many stand in, where there is no study"
+    )
+    experiment.add_argument("--epochs", type=_at_least(1), metavar="N", help="instead of the size's")
+    experiment.add_argument(
+        "--seed", type=_at_least(0), default=0, metavar="S", help="of weights, order and split (%(default)s)"
+    )
+    experiment.add_argument(
+        "--annotator", metavar="NAME", help="whose annotations speak for the studies' volumes"
+    )
+    experiment.add_argument(
+        "--method",
+        choices=["keypoints", "boxes"],
+        default="keypoints",
+        help="which annotations (%(default)s)",
+    )
+    experiment.add_argument(
+        "--tool", metavar="NAME", help="the tool, where no study says it (magnetic-forceps)"
+    )
+    experiment.add_argument("--threads", type=_at_least(1), metavar="N", help="of the arithmetic")
 
 
 def _add_checkpoint(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

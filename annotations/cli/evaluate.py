@@ -1,0 +1,160 @@
+"""``annotations evaluate``: how far a checkpoint's keypoints are from what people say, or from the truth."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from annotations.cli.output import show_progress, write_text
+from annotations.documents.study import load_study
+from annotations.durable_files import replace_durably
+from annotations.errors import UserError
+from annotations.interchange.split import SplitRule, split_rule
+from annotations.learning.settings import parse_settings
+from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
+from annotations.prediction.error_table import ErrorTable
+from annotations.prediction.error_text import error_text
+from annotations.prediction.evaluation import HeldOut, SyntheticVolumes, evaluate_study, evaluate_synthetic
+from annotations.prediction.predictor import Predictor
+from annotations.prediction.runtime import Runtime
+from annotations.prediction.study_errors import Truth
+from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIONS, SceneConditions
+
+_SEED = 2_000_003
+_OF_SYNTHETIC = ("seed", "conditions", "looks", "noise_sigma_grey")
+_OF_STUDIES = ("annotator", "method", "shares", "split_seed")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Predict and compare; return the exit code: 1 where nothing could be compared, or a volume could not."""
+    _check_use(arguments)
+    checkpoint = load_checkpoint(arguments.checkpoint)
+    if arguments.synthetic is not None:
+        made = _synthetic(arguments, checkpoint)
+        table = evaluate_synthetic(Predictor(checkpoint, Runtime(checkpoint)), made, show_progress)
+        about: dict[str, Any] = {
+            "synthetic": {
+                "count": made.count,
+                "seed": made.seed,
+                "conditions": made.conditions.model_dump(mode="json"),
+            }
+        }
+        words = _conditions_in_words(made.conditions)
+    else:
+        held_out = _held_out(arguments, checkpoint)
+        words = _doubt(arguments, checkpoint)
+        table = evaluate_study(
+            Predictor(checkpoint, Runtime(checkpoint)),
+            arguments.study,
+            Truth(method=arguments.method, annotator=arguments.annotator),
+            held_out,
+            progress=show_progress,
+        )
+        about = {"study": str(arguments.study), "split": arguments.split}
+        if held_out is not None:
+            about |= {"shares": held_out.rule.shares, "split_seed": held_out.rule.seed}
+    _write(arguments.json, table, {"checkpoint": str(arguments.checkpoint), **about}, words)
+    return 1 if table.unjudged or not table.rows else 0
+
+
+def _check_use(arguments: argparse.Namespace) -> None:
+    if (arguments.study is None) == (arguments.synthetic is None):
+        arguments.misuse("name a study, or say how many volumes to make with --synthetic, and not both")
+    is_made = arguments.synthetic is not None
+    for name in _OF_STUDIES if is_made else _OF_SYNTHETIC:
+        if getattr(arguments, name) is not None:
+            arguments.misuse(
+                f"--{name.replace('_', '-')} is for {'studies' if is_made else 'synthetic volumes'}"
+            )
+    if is_made and arguments.split != "all":
+        arguments.misuse("--split is for studies")
+    if arguments.split == "all" and (arguments.shares is not None or arguments.split_seed is not None):
+        arguments.misuse("--shares and --split-seed are for one part of the split: say which with --split")
+
+
+def _synthetic(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SyntheticVolumes:
+    seed = _SEED if arguments.seed is None else arguments.seed
+    said = checkpoint.description.training.settings
+    if said:
+        settings = parse_settings(said, arguments.checkpoint)
+        seen = {settings.validation.seed} | (
+            {settings.synthetic.seed} if settings.synthetic.volumes else set()
+        )
+        if seed in seen:
+            raise UserError(
+                f"the checkpoint has seen the volumes of seed {seed} in its training",
+                where=arguments.checkpoint,
+                remedy="Take another with --seed",
+            )
+    conditions = PLAIN_CONDITIONS if arguments.conditions == "plain" else TRAINING_CONDITIONS
+    changes = {
+        name: (value, value)
+        for name in ("looks", "noise_sigma_grey")
+        if (value := getattr(arguments, name)) is not None
+    }
+    try:
+        conditions = SceneConditions.model_validate(conditions.model_dump() | changes)
+    except ValueError as error:
+        arguments.misuse(f"--looks or --noise-sigma-grey is out of range: {error}")
+    return SyntheticVolumes(arguments.synthetic, seed, conditions)
+
+
+def _conditions_in_words(conditions: SceneConditions) -> str:
+    said = conditions.model_dump(mode="json", exclude_none=True)
+    return "conditions: " + ", ".join(
+        f"{name} {'–'.join(f'{each:g}' for each in value) if isinstance(value, list) else f'{value:g}'}"
+        for name, value in said.items()
+    )
+
+
+def _held_out(arguments: argparse.Namespace, checkpoint: Checkpoint) -> HeldOut | None:
+    if arguments.split == "all":
+        return None
+    return HeldOut(arguments.split, _rule(arguments, checkpoint))
+
+
+def _rule(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SplitRule:
+    """Return the split that was asked for, else that of the training."""
+    training = checkpoint.description.training
+    shares, seed = arguments.shares, arguments.split_seed
+    if shares is None or seed is None:
+        if not training.studies or not training.settings:
+            raise UserError(
+                "the checkpoint was not trained on a study, and knows of no split",
+                where=arguments.checkpoint,
+                remedy="Take all volumes, or say what split with --shares and --split-seed",
+            )
+        if len(training.studies) > 1:
+            raise UserError(
+                "the checkpoint was trained on several studies, whose volumes were split together",
+                where=arguments.checkpoint,
+                remedy="Take a study that it was not trained on, or say what split with --shares and "
+                "--split-seed",
+            )
+        annotated = parse_settings(training.settings, arguments.checkpoint).annotated
+        shares = annotated.shares if shares is None else shares
+        seed = annotated.split_seed if seed is None else seed
+    return split_rule(shares, seed)
+
+
+def _doubt(arguments: argparse.Namespace, checkpoint: Checkpoint) -> str:
+    """Say that volumes of the training are among those that it is judged by; empty where they are not."""
+    title = load_study(arguments.study).title
+    if arguments.split != "all" or title not in checkpoint.description.training.studies:
+        return ""
+    return (
+        f"the checkpoint was trained on volumes of {title!r}: the errors of new ones are larger; "
+        "--split validation leaves those of the training out"
+    )
+
+
+def _write(output: Path | None, table: ErrorTable, about: dict[str, Any], words: str) -> None:
+    fields = {**about, "remark": words, "errors": table.model_dump(mode="json")}
+    if output == Path("-"):
+        sys.stdout.write(json.dumps(fields, ensure_ascii=False, allow_nan=False) + "\n")
+        return
+    write_text(error_text(table) + (f"\n  {words}" if words else ""))
+    if output is not None:
+        content = json.dumps(fields, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+        replace_durably(output, content.encode())

@@ -1,0 +1,174 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from annotations.cli import main
+from annotations.documents.files import load_annotation
+from annotations.documents.record import changed
+from annotations.documents.study import load_study
+from annotations.prediction.checkpoint_description import TrainingSummary
+from tests.annotations.prediction.known_keypoints import COARSE, described, heatmaps_of, save_knowing
+
+SETTINGS = """
+[synthetic]
+seed = 5
+
+[annotated]
+shares = [0.5, 0.5]
+split_seed = 2
+"""
+
+
+def saved(path: Path, truth_path: Path, **training: Any) -> Path:
+    """Write a checkpoint that always sees what is in the first volume."""
+    document, _ = load_annotation(truth_path)
+    truth_um = {each.name: each.position_um for each in document.parts if each.position_um is not None}
+    description = changed(described(COARSE), training=TrainingSummary(**training))
+    save_knowing(path, description, heatmaps_of(description, truth_um, document.volume.spacing_um))
+    return path
+
+
+@pytest.fixture
+def checkpoint(tmp_path: Path, truth_path: Path) -> Path:
+    return saved(tmp_path / "known.onnx", truth_path)
+
+
+def test_the_errors_come_as_the_published_table(
+    checkpoint: Path, study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["evaluate", str(checkpoint), str(study)]) == 0
+
+    words = capsys.readouterr().out
+    assert "position (mm)" in words
+    assert "θ2 (°)" in words
+    assert "predicted keypoints" in words
+    assert "fitted pose" in words
+
+
+def test_everything_for_programs(
+    checkpoint: Path, study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "errors.json"
+
+    assert main(["evaluate", str(checkpoint), str(study), "--json", str(output)]) == 0
+    assert "position (mm)" in capsys.readouterr().out
+    assert main(["evaluate", str(checkpoint), str(study), "--json", "-"]) == 0
+
+    printed, written = json.loads(capsys.readouterr().out), json.loads(output.read_text())
+    first, second = written["errors"]["rows"]
+    assert (written["split"], first["volume"], second["volume"]) == ("all", "v001", "v002")
+    assert first["targets"]["position_mm"] < 0.02 < second["targets"]["position_mm"]
+    assert printed["errors"]["rows"] == written["errors"]["rows"]
+
+
+def test_volumes_of_the_training_can_be_left_out(
+    tmp_path: Path, study: Path, truth_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    title = load_study(study).title
+    checkpoint = saved(tmp_path / "c.onnx", truth_path, studies=(title,), settings=SETTINGS)
+
+    main(["evaluate", str(checkpoint), str(study)])
+    assert "was trained on volumes of" in capsys.readouterr().out
+    rows = []
+    for split in ("train", "validation"):
+        assert main(["evaluate", str(checkpoint), str(study), "--split", split, "--json", "-"]) == 0
+        fields = json.loads(capsys.readouterr().out)
+        assert (fields["shares"], fields["split_seed"], fields["remark"]) == ([0.5, 0.5, 0.0], 2, "")
+        rows += [row["volume"] for row in fields["errors"]["rows"]]
+    assert sorted(rows) == ["v001", "v002"]
+
+
+def test_it_needs_no_torch(checkpoint: Path, study: Path) -> None:
+    # None in sys.modules makes Python refuse the import, as if the package were not installed.
+    script = "import sys; sys.modules['torch'] = None\nfrom annotations.cli import main; sys.exit(main())"
+
+    done = subprocess.run(
+        [sys.executable, "-c", script, "evaluate", str(checkpoint), str(study)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_checkpoint_that_knows_no_split_says_so(
+    checkpoint: Path, study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["evaluate", str(checkpoint), str(study), "--split", "test"]) == 1
+    assert "knows of no split" in capsys.readouterr().err
+
+    options = ["--split", "train", "--shares", "0.5", "0.5", "--split-seed", "1"]
+    assert main(["evaluate", str(checkpoint), str(study), *options]) == 0
+
+
+def test_volumes_split_together_with_those_of_other_studies_are_not_told_apart(
+    tmp_path: Path, study: Path, truth_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    checkpoint = saved(tmp_path / "c.onnx", truth_path, studies=("a", "b"), settings=SETTINGS)
+
+    assert main(["evaluate", str(checkpoint), str(study), "--split", "validation"]) == 1
+    assert "several studies" in capsys.readouterr().err
+
+
+def test_a_volume_that_cannot_be_judged_is_a_finding(
+    checkpoint: Path, study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (study / "volumes" / "v002.npy").unlink()
+
+    assert main(["evaluate", str(checkpoint), str(study)]) == 1
+    assert "not judged, v002" in capsys.readouterr().out
+
+
+def test_synthetic_volumes_are_made_under_the_conditions_that_are_asked_for(
+    checkpoint: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["evaluate", str(checkpoint), "--synthetic", "2", "--json", "-", "--seed", "9"]
+
+    assert main([*command, "--conditions", "plain", "--noise-sigma-grey", "8", "--looks", "1"]) == 0
+
+    fields = json.loads(capsys.readouterr().out)
+    assert (fields["synthetic"]["seed"], fields["synthetic"]["count"]) == (9, 2)
+    assert fields["synthetic"]["conditions"]["noise_sigma_grey"] == [8.0, 8.0]
+    assert fields["synthetic"]["conditions"]["clutter"] == [0, 0]
+    assert len(fields["errors"]["rows"]) == 2
+    assert "looks 1–1" in fields["remark"]
+    assert np.isfinite(fields["errors"]["by_formulas"]["targets"]["position_mm"]["mean"])
+
+
+@pytest.mark.parametrize("seed", ["5", "1000001"])
+def test_volumes_that_the_training_has_seen_are_refused(
+    tmp_path: Path, truth_path: Path, seed: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    checkpoint = saved(tmp_path / "c.onnx", truth_path, settings=SETTINGS)
+
+    assert main(["evaluate", str(checkpoint), "--synthetic", "1", "--seed", seed]) == 1
+    assert f"has seen the volumes of seed {seed}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        [],
+        ["STUDY", "--synthetic", "3"],
+        ["STUDY", "--seed", "3"],
+        ["STUDY", "--looks", "3"],
+        ["STUDY", "--shares", "0.5", "0.5"],
+        ["--synthetic", "3", "--annotator", "anna"],
+        ["--synthetic", "3", "--split", "test"],
+        ["--synthetic", "3", "--looks", "0"],
+    ],
+)
+def test_options_that_do_not_go_together_are_misuse(
+    checkpoint: Path, study: Path, options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as raised:
+        main(["evaluate", str(checkpoint), *(str(study) if each == "STUDY" else each for each in options)])
+
+    assert raised.value.code == 2
+    assert "annotations evaluate" in capsys.readouterr().err
