@@ -30,14 +30,23 @@ _SIGMA_VOXEL = (1.7, 1.7, 1.7)
 """Of the Gaussian in the publication of V2V-PoseNet; that of the instrument's networks is not published."""
 _SHRINK = 0.8
 
-_COARSE_SAMPLING = Sampling(
+_HALF_SAMPLING = Sampling(
     shape=(28, 70, 42),
     spacing_um=(622.0, 28 * 13.5, 28 * 9.4),
     is_averaged=False,
     padding_before=(2, 5, 3),
     padding_after=(2, 5, 3),
 )
-"""Every 28th voxel in place of every 14th along axes 1 and 2."""
+"""Half as many samples along axes 1 and 2."""
+
+_COARSE_SAMPLING = Sampling(
+    shape=(14, 70, 42),
+    spacing_um=(2 * 622.0, 28 * 13.5, 28 * 9.4),
+    is_averaged=False,
+    padding_before=(1, 5, 3),
+    padding_after=(1, 5, 3),
+)
+"""Half as many along each axis."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +86,7 @@ class ExperimentSize:
         """What of it is not as published, as a sentence for a caption."""
         reduced = []
         if self.sampling != PUBLISHED_SAMPLING:
-            reduced.append("every 28th voxel along axes 1 and 2 in place of every 14th")
+            reduced.append(f"{_by(self.sampling.shape)} samples in place of {_by(PUBLISHED_SAMPLING.shape)}")
         if self.width != 1:
             reduced.append(f"{self.width:g} of the networks' channels")
         said = (
@@ -91,8 +100,8 @@ class ExperimentSize:
 
 
 EXPERIMENT_SIZES: Mapping[SizeName, ExperimentSize] = {
-    "tiny": ExperimentSize("tiny", 24, 8, 30, 4, 120, 2e-3, 2e-3, 0.25, _COARSE_SAMPLING),
-    "small": ExperimentSize("small", 76, 20, 60, 8, 2000, 1e-3, 1e-3, 0.5, _COARSE_SAMPLING),
+    "tiny": ExperimentSize("tiny", 40, 10, 60, 5, 400, 2e-3, 2e-3, 0.25, _COARSE_SAMPLING),
+    "small": ExperimentSize("small", 76, 20, 100, 8, 4000, 1e-3, 1e-3, 0.5, _HALF_SAMPLING),
     "full": ExperimentSize("full", 152, 40, 500, 25, 20_000, 1e-4, 1e-5, 1.0, PUBLISHED_SAMPLING),
 }
 """``full`` is as published: volumes, epochs, batch and learning rates. How many synthetic volumes there were
@@ -295,3 +304,7 @@ def _shares_of(sampling: Sampling, share: float) -> tuple[int, int, int]:
     """Return a share of the samples along each axis, at least one."""
     first, second, third = (max(1, round(count * share)) for count in sampling.shape)
     return (first, second, third)
+
+
+def _by(counts: tuple[int, int, int]) -> str:
+    return " × ".join(map(str, counts))

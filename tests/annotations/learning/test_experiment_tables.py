@@ -62,7 +62,7 @@ def test_the_caption_says_what_the_volumes_are_and_what_is_reduced() -> None:
     real = changed(DATA, studies=("Phantoms",))
 
     assert "Synthetic volumes stand in" in words
-    assert "every 28th voxel" in words
+    assert "14 × 70 × 42 samples in place of 28 × 139 × 83" in words
     assert "Synthetic volumes stand in" not in table(data=real).as_markdown()
     assert "Annotated volumes of Phantoms: 24 volumes" in table(data=real).as_markdown()
 
