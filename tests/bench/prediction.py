@@ -1,11 +1,11 @@
 """Times a prediction, stage by stage: ``python -m tests.bench.prediction [CHECKPOINT] [--volume FILE]``.
 
 Without a checkpoint, an untrained network of the default kind is exported, which needs torch: how long it
-takes does not depend on what it has learned. Without a volume, some of the scanner's real-time shape are synthesised
-into a temporary folder. Volumes are mapped, and their pages stay in memory after the first time, as a live
-volume's do. Each volume goes through the stages as in the application, and its input through ONNX Runtime for
-comparison, so that other work on the machine slows both alike. Prints a table on standard error and one JSON
-object on standard output; judges nothing.
+takes does not depend on what it has learned. Without a volume, some of the scanner's real-time shape are
+synthesised into a temporary folder. Volumes are mapped, and their pages stay in memory after the first time,
+as a live volume's do. Each volume goes through the stages as in the application, and its input through ONNX
+Runtime for comparison, so that other work on the machine slows both alike. Prints a table on standard error
+and one JSON object on standard output; judges nothing.
 """
 
 import argparse
