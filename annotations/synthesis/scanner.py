@@ -166,8 +166,9 @@ class Scanner:
             As for `mean_power`.
         """
         grey = self.mean_grey(surface, grid, depths)
-        grey *= _STEPS_PER_GREY
-        total = grey.astype(np.int16)
+        total = np.empty(grey.shape, dtype=np.int16)
+        # In one go, which is as fast as the conversion alone.
+        np.multiply(grey, np.float32(_STEPS_PER_GREY), out=total, casting="unsafe")
         total += _noise_steps(self.noise)[bits]
         total >>= _STEPS_PER_GREY.bit_length() - 1
         return np.clip(total, 0, GREATEST_GREY).astype(np.uint8)
