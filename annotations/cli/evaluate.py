@@ -1,12 +1,11 @@
 """``annotations evaluate``: how far a checkpoint's keypoints are from what people say, or from the truth."""
 
 import argparse
-import json
-import sys
 from pathlib import Path
 from typing import Any
 
-from annotations.cli.output import show_progress, write_text
+from annotations.cli.output import show_progress, write_json, write_text
+from annotations.documents.files import document_bytes
 from annotations.documents.study import load_study
 from annotations.durable_files import replace_durably
 from annotations.errors import UserError
@@ -152,9 +151,8 @@ def _doubt(arguments: argparse.Namespace, checkpoint: Checkpoint) -> str:
 def _write(output: Path | None, table: ErrorTable, about: dict[str, Any], words: str) -> None:
     fields = {**about, "remark": words, "errors": table.model_dump(mode="json")}
     if output == Path("-"):
-        sys.stdout.write(json.dumps(fields, ensure_ascii=False, allow_nan=False) + "\n")
+        write_json(fields)
         return
     write_text(error_text(table) + (f"\n  {words}" if words else ""))
     if output is not None:
-        content = json.dumps(fields, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
-        replace_durably(output, content.encode())
+        replace_durably(output, document_bytes(fields))
