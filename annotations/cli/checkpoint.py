@@ -50,7 +50,7 @@ def _convert(path: Path, arguments: argparse.Namespace) -> None:
         )
     from annotations.learning.conversion import convert_state
 
-    checkpoint = convert_state(path, output)
+    checkpoint = convert_state(path, output, half=arguments.half)
     if arguments.json:
         write_json(_fields(checkpoint) | {"original": str(path)})
     else:

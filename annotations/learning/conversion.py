@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from annotations.learning.exporting import onnx_bytes
+from annotations.learning.exporting import halved, onnx_bytes
 from annotations.learning.state_file import read_state
 from annotations.prediction.checkpoint import Checkpoint, save_checkpoint
 
 
-def convert_state(path: Path, output: Path) -> Checkpoint:
+def convert_state(path: Path, output: Path, *, half: bool = False) -> Checkpoint:
     """Write the checkpoint of a network whose weights a training left as ``best.pt``.
 
     Parameters
@@ -16,6 +16,8 @@ def convert_state(path: Path, output: Path) -> Checkpoint:
         The weights; see `annotations.learning.state_file`.
     output : Path
         The checkpoint; a file of that name is replaced.
+    half : bool
+        Whether its weights are kept in half precision, for half the size.
 
     Raises
     ------
@@ -25,4 +27,5 @@ def convert_state(path: Path, output: Path) -> Checkpoint:
         The checkpoint cannot be written.
     """
     state = read_state(path)
-    return save_checkpoint(output, state.description, onnx_bytes(state.network))
+    model_bytes = onnx_bytes(state.network)
+    return save_checkpoint(output, state.description, halved(model_bytes) if half else model_bytes)

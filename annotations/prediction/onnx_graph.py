@@ -19,6 +19,7 @@ OPERATORS = frozenset(
         "Add",
         "AveragePool",
         "BatchNormalization",
+        "Cast",
         "Clip",
         "Concat",
         "Constant",
@@ -47,7 +48,8 @@ OPERATORS = frozenset(
         "Unsqueeze",
     }
 )
-"""What a network may be made of. Nothing on the list chooses a size from data, or computes with integers."""
+"""What a network may be made of. Nothing on the list chooses a size from data, or computes with integers. A
+Cast only turns weights that are kept in half precision into what is computed with."""
 
 IR_VERSIONS = range(7, 11)
 OPSETS = range(13, 23)
@@ -74,7 +76,7 @@ _PLAIN_ATTRIBUTES = (
     AttributeProto.INTS,
     AttributeProto.STRINGS,
 )
-_ITEM_BYTES: dict[int, int] = {TensorProto.FLOAT: 4, TensorProto.INT64: 8}
+_ITEM_BYTES: dict[int, int] = {TensorProto.FLOAT: 4, TensorProto.FLOAT16: 2, TensorProto.INT64: 8}
 
 Shape = tuple[int, ...]
 
@@ -235,6 +237,8 @@ def _check_node(node: NodeProto) -> None:
         least = 1 if attribute.name in _FROM_ONE else 0 if attribute.name in _FROM_ZERO else None
         if least is not None and min(numbers[attribute.name]) < least:
             raise GraphProblem(f"{where} is less than {least}")
+    if node.op_type == "Cast" and numbers.get("to") != [TensorProto.FLOAT]:
+        raise GraphProblem("a Cast in its network does not give 32-bit floats")
     if numbers.get("training_mode", [0]) != [0]:
         raise GraphProblem("its network was exported for training", "Export it for evaluation")
     _check_padding(node, numbers)
@@ -277,11 +281,12 @@ def _check_tensor(tensor: TensorProto) -> None:
             if tensor.data_type in TensorProto.DataType.values()
             else f"type {tensor.data_type}"
         )
-        raise GraphProblem(f"{where} holds {name}, not FLOAT or INT64")
+        raise GraphProblem(f"{where} holds {name}, not FLOAT, FLOAT16 or INT64")
     if len(tensor.dims) > _MOST_AXES or any(size < 0 for size in tensor.dims) or tensor.HasField("segment"):
         raise GraphProblem(f"{where} has an impossible shape")
-    is_float = tensor.data_type == TensorProto.FLOAT
-    typed = len(tensor.float_data) if is_float else len(tensor.int64_data)
+    is_float = tensor.data_type != TensorProto.INT64
+    # Half precision has no list of its own here, and is always raw.
+    typed = len(tensor.float_data) + len(tensor.int64_data)
     held = len(tensor.raw_data) // item_bytes if tensor.raw_data else typed
     if math.prod(tensor.dims) != held or len(tensor.raw_data) % item_bytes:
         raise GraphProblem(f"{where} holds {held} numbers, and by its shape {math.prod(tensor.dims)}")
