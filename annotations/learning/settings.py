@@ -111,7 +111,7 @@ class AnnotatedSettings(_Section):
         try:
             split_rule(self.shares, self.split_seed)
         except UserError as error:
-            raise ValueError(f"shares: {error.problem}") from error
+            raise ValueError(error.problem) from error
         return self
 
     @property

@@ -2,6 +2,7 @@
 
 import io
 import json
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -96,8 +97,11 @@ def read_state(path: Path) -> NetworkState:
 
 def _read(path: Path) -> Mapping[str, Any]:
     try:
-        # Only tensors and plain values; whatever else a pickle asks for is refused before it runs.
-        content = torch.load(path, map_location="cpu", weights_only=True)
+        with warnings.catch_warnings():
+            # It wonders about pickles that are not its own; they are refused anyway.
+            warnings.simplefilter("ignore")
+            # Only tensors and plain values; whatever else a pickle asks for is refused before it runs.
+            content = torch.load(path, map_location="cpu", weights_only=True)
     except OSError as error:
         raise StateError(
             f"it could not be read ({error.strerror or error})",

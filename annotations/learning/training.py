@@ -125,7 +125,7 @@ class Training:
         with SyntheticStream(series, self._synthetic_done(part), workers) as stream:
             while progress.epoch < part.epochs and not self._is_enough(part):
                 if not self._run_epoch(part, stream, stopped):
-                    self._save(is_last=True)
+                    self._save()
                     return False
                 self._finish_epoch(part)
                 self._save()

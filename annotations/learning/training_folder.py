@@ -2,10 +2,9 @@
 
 import csv
 import io
-import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -129,7 +128,7 @@ class TrainingFolder:
     def __init__(self, checkpoint: Path, settings: TrainingSettings, data: str) -> None:
         self.path = checkpoint.with_name(checkpoint.name + ".training")
         self._settings, self._data = settings, data
-        self._drawn_s = -math.inf
+        self._drawn_s = time.monotonic()
 
     def read(self) -> Saved | None:
         """Return the state to go on from, if there is one. None of the file's code runs.
@@ -178,7 +177,7 @@ class TrainingFolder:
                 "version": _VERSION,
                 "settings": self._settings.as_toml(),
                 "data": self._data,
-                "progress": asdict(progress),
+                "progress": vars(progress),
                 "tensors": dict(tensors),
                 "average_steps": average_steps,
             },
