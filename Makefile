@@ -2,7 +2,7 @@
 # system libraries of Qt and VTK where that takes no password, and names the exact command where it does.
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format docs clean
+.PHONY: help demo test test-train lint format docs clean
 
 is_usable = $(1) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
@@ -11,6 +11,11 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 VENV := .venv
 BIN := $(VENV)/bin
 PY := $(BIN)/python
+
+# A comma would end the argument of a call.
+comma := ,
+# Where the tests are that are skipped without the extra 'train', which brings torch.
+TRAIN_TESTS := tests/annotations/learning $(addprefix tests/annotations/cli/test_, train.py checkpoint.py)
 
 # $(call set_up,EXTRAS) keeps a sound environment, and installs only when pyproject.toml is newer than the
 # last installation. Plain recipes instead of file targets, because make looks at a target's age too early to
@@ -28,7 +33,7 @@ define set_up
 endef
 
 help:  ## show this list
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
 
 demo:  ## set everything up, then open the application on the demo study
 	$(call set_up,)
@@ -36,8 +41,14 @@ demo:  ## set everything up, then open the application on the demo study
 	@$(PY) -m annotator demo
 
 test: lint  ## set everything up, then pass all checks and tests
-	@echo "Tests"
+	@$(PY) -c 'import torch' 2>/dev/null && echo "Tests" || \
+		echo "Tests, without those that need torch: 'make test-train' installs it and passes them"
 	@launcher=$$($(PY) .ci/system_packages.py offscreen) && $$launcher $(PY) -m pytest -q -n auto
+
+test-train:  ## install what trains networks as well, then pass the tests that need it
+	$(call set_up,[test$(comma)train])
+	@echo "Tests of training"
+	@launcher=$$($(PY) .ci/system_packages.py offscreen) && $$launcher $(PY) -m pytest -q -n auto $(TRAIN_TESTS)
 
 lint:  ## style, types, and the direction of imports
 	$(call set_up,[test])
