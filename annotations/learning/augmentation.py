@@ -8,10 +8,8 @@ from numpy.typing import NDArray
 
 from annotations.geometry.mirroring import mirrored_um
 from annotations.learning.augmentation_settings import AugmentationSettings, Filling
-from annotations.learning.examples import Example
+from annotations.learning.examples import Example, Samples
 from annotations.volumes.sampling import Sampling
-
-Samples = NDArray[np.float16]
 
 _LOOKED_AT = 1 << 15
 """Samples from which the background is known well enough."""
@@ -138,7 +136,7 @@ def mixed_samples(
     """
     share = float(rng.beta(alpha, alpha))
     mixture = first.samples * np.float32(share) + second.samples * np.float32(1 - share)
-    return mixture.astype(np.float16), share
+    return mixture.astype(first.samples.dtype), share
 
 
 def background(samples: Samples, empty: float, rng: np.random.Generator) -> Samples:

@@ -7,15 +7,14 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from annotations.geometry.angles import angles_deg
 from annotations.geometry.targets import target_arrays
 from annotations.geometry.tool import ToolSpecification
 from annotations.learning.examples import Example
 from annotations.learning.objective import Found, HeatmapObjective, RegressionObjective
 from annotations.learning.pose_network import PoseNetwork
+from annotations.prediction.prediction_errors import FAR_UM, prediction_errors, target_errors
 
-FAR_MM = 2.0
-"""A keypoint further off than this is a blunder rather than an error."""
+FAR_MM = FAR_UM / 1000
 _MISSED_MM = 10.0
 _MM_PER_DEGREE = 0.1
 """What a degree counts where there are no keypoints to judge by: the published errors come out alike."""
@@ -102,17 +101,9 @@ def validate(
 
 def compare(found: Found, true_um: NDArray[np.float64], tool: ToolSpecification) -> ValidationErrors:
     """Return the errors of what was found where the keypoints, (n, K, 3), truly are."""
-    true = target_arrays(true_um, tool)
-    targets: dict[str, NDArray[np.float64]] = {}
-    if found.targets.position_um is not None and true.position_um is not None:
-        apart_um = found.targets.position_um - true.position_um
-        targets["position_mm"] = np.linalg.norm(apart_um, axis=-1) / 1000
-    if found.targets.orientation is not None and true.orientation is not None:
-        targets["orientation_deg"] = angles_deg(found.targets.orientation, true.orientation)
-    for name, angle_deg in found.targets.angles_deg.items():
-        targets[f"{name}_deg"] = np.abs(angle_deg - true.angles_deg[name])
+    targets, _ = target_errors(found.targets, target_arrays(true_um, tool), tool)
     if found.keypoints_um is None:
         return ValidationErrors(targets, None)
-    distance_mm = np.linalg.norm(found.keypoints_um - true_um, axis=-1) / 1000
-    missed = np.isnan(found.keypoints_um).any(axis=-1) & ~np.isnan(true_um).any(axis=-1)
-    return ValidationErrors(targets, np.where(missed, np.inf, distance_mm))
+    errors = prediction_errors(found.keypoints_um, true_um, tool)
+    distances_mm = np.where(errors.keypoints_missing, np.inf, errors.keypoints_um / 1000)
+    return ValidationErrors(targets, distances_mm)

@@ -107,16 +107,27 @@ def prediction_errors(predicted_um: Array, true_um: Array, tool: ToolSpecificati
     predicted_um, true_um : ndarray of float64, shape (V, K, 3)
         In µm and the tool's order of keypoints; NaN for those that have no position.
     """
-    predicted, true = target_arrays(predicted_um, tool), target_arrays(true_um, tool)
-    targets, missing = {}, {}
+    targets, missing = target_errors(target_arrays(predicted_um, tool), target_arrays(true_um, tool), tool)
+    return PredictionErrors(
+        targets, missing, lengths(predicted_um - true_um), _is_missing(predicted_um, true_um)
+    )
+
+
+def target_errors(
+    predicted: TargetArrays, true: TargetArrays, tool: ToolSpecification
+) -> tuple[dict[str, Array], dict[str, NDArray[np.bool_]]]:
+    """Return the errors of predicted pose targets of V volumes, and where they are missing.
+
+    Both by the names, and as the arrays, of `PredictionErrors`.
+    """
+    targets: dict[str, Array] = {}
+    missing: dict[str, NDArray[np.bool_]] = {}
     for name, metric in target_metrics(tool).items():
         values, truths = _values(predicted, name), _values(true, name)
         shown, unit = shown_target(name)
         targets[shown] = distances(values, truths, metric) / unit
         missing[shown] = _is_missing(values, truths)
-    return PredictionErrors(
-        targets, missing, lengths(predicted_um - true_um), _is_missing(predicted_um, true_um)
-    )
+    return targets, missing
 
 
 def shown_target(name: str) -> tuple[str, float]:
