@@ -61,11 +61,12 @@ def train_checkpoint(
             remedy="Choose 'lean' or 'v2v'; the others are for 'annotations experiment'",
         )
     training = Training(settings, tool, annotated, checkpoint, say, restart)
-    if not training.run(stopped):
-        return None
+    is_done = training.run(stopped)
     path = training.folder.path / BEST_FILE
-    write_state(path, _description(training, checkpoint.stem), training.network_settings, training.best)
-    return convert_state(path, checkpoint)
+    if training.progress.rows:
+        # Of one that was stopped as well: whoever does not want to wait makes a checkpoint of it.
+        write_state(path, _description(training, checkpoint.stem), training.network_settings, training.best)
+    return convert_state(path, checkpoint) if is_done else None
 
 
 def _description(training: Training, name: str) -> CheckpointDescription:

@@ -51,15 +51,15 @@ def test_a_network_overfits_four_volumes(tmp_path: Path) -> None:
         augmentation={"flip_axes": []},
         optimization={"batch": 4, "learning_rate": 1e-2, "average_decay": 0.9},
     )
-    data = replace(four, training=four.training * 30, validation=four.training)
+    data = replace(four, training=four.training * 24, validation=four.training)
     training = Training(settings, TOOL, data, tmp_path / "c.onnx")
 
     assert training.run()
 
     first, *_, last = training.progress.rows
-    assert last["loss_coordinate_mm"] < 0.3 * first["loss_coordinate_mm"]
+    assert last["loss_coordinate_mm"] < 0.4 * first["loss_coordinate_mm"]
     # Heatmap voxels are 2.5 × 1.7 × 0.7 mm here.
-    assert last["keypoint_mm_mean"] < 0.3 * first["keypoint_mm_mean"]
+    assert last["keypoint_mm_mean"] < 0.4 * first["keypoint_mm_mean"]
 
 
 INTERRUPTED = tiny_settings(
