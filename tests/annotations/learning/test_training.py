@@ -51,7 +51,7 @@ def test_a_network_overfits_four_volumes(tmp_path: Path) -> None:
         augmentation={"flip_axes": []},
         optimization={"batch": 4, "learning_rate": 1e-2, "average_decay": 0.9},
     )
-    data = replace(four, training=four.training * 24, validation=four.training)
+    data = replace(four, training=four.training * 30, validation=four.training)
     training = Training(settings, TOOL, data, tmp_path / "c.onnx")
 
     assert training.run()
