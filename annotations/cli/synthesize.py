@@ -22,8 +22,8 @@ from annotations.synthesis import (
 from annotations.synthesis.mesh_tool import UM_PER_MM, read_mesh_tool
 from annotations.synthesis.truth import ANNOTATOR
 
-_RANGES = {"clutter": "clutter", "noise_grey": "noise_sigma_grey", "looks": "looks"}
-"""The conditions that an option gives one value, by the option."""
+_FIXED = ("clutter", "noise_sigma_grey", "looks")
+"""The conditions that an option of that name gives one value."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -72,12 +72,11 @@ def _conditions(arguments: argparse.Namespace) -> SceneConditions:
     asked: dict[str, Any] = {}
     if arguments.out_of_view is not None:
         asked["out_of_view_probability"], asked["largest_out_of_view_share"] = arguments.out_of_view
-    for option, name in _RANGES.items():
-        if (value := getattr(arguments, option)) is not None:
+    for name in _FIXED:
+        if (value := getattr(arguments, name)) is not None:
             asked[name] = (value, value)
     try:
         return SceneConditions.model_validate(conditions.model_dump() | asked)
     except ValidationError as error:
         found = error.errors()[0]
-        option = next(option for option, name in _RANGES.items() if name == found["loc"][0])
-        misuse(f"argument --{option.replace('_', '-')}: {found['msg']}")
+        misuse(f"argument --{str(found['loc'][0]).replace('_', '-')}: {found['msg']}")

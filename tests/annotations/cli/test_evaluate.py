@@ -57,7 +57,7 @@ def test_everything_for_programs(
 
     assert main(["evaluate", str(checkpoint), str(study), "--json", str(output)]) == 0
     assert "position (mm)" in capsys.readouterr().out
-    assert main(["evaluate", str(checkpoint), str(study), "--json", "-"]) == 0
+    assert main(["evaluate", str(checkpoint), str(study), "--json"]) == 0
 
     printed, written = json.loads(capsys.readouterr().out), json.loads(output.read_text())
     first, second = written["errors"]["rows"]
@@ -76,7 +76,7 @@ def test_volumes_of_the_training_can_be_left_out(
     assert "was trained on volumes of" in capsys.readouterr().out
     rows = []
     for split in ("train", "validation"):
-        assert main(["evaluate", str(checkpoint), str(study), "--split", split, "--json", "-"]) == 0
+        assert main(["evaluate", str(checkpoint), str(study), "--split", split, "--json"]) == 0
         fields = json.loads(capsys.readouterr().out)
         assert (fields["shares"], fields["split_seed"], fields["remark"]) == ([0.5, 0.5, 0.0], 2, "")
         rows += [row["volume"] for row in fields["errors"]["rows"]]

@@ -87,7 +87,7 @@ def test_the_shape_is_the_full_volumes_unless_given(
             SceneConditions(out_of_view_probability=0.3, largest_out_of_view_share=0.2),
         ),
         ("--clutter 3", SceneConditions(clutter=(3, 3))),
-        ("--noise-grey 5", SceneConditions(noise_sigma_grey=(5.0, 5.0))),
+        ("--noise-sigma-grey 5", SceneConditions(noise_sigma_grey=(5.0, 5.0))),
         ("--looks 1.5", SceneConditions(looks=(1.5, 1.5))),
         ("--varied --clutter 0", TRAINING_CONDITIONS.model_copy(update={"clutter": (0, 0)})),
     ],
@@ -101,7 +101,7 @@ def test_conditions_are_what_was_asked_for(
 
 
 def test_conditions_reach_the_volumes(tmp_path: Path) -> None:
-    for name, words in (("plain", []), ("noisy", ["--noise-grey", "20"])):
+    for name, words in (("plain", []), ("noisy", ["--noise-sigma-grey", "20"])):
         arguments = ["synthesize", str(tmp_path / name), "--count", "1", "--seed", "7", *map(str, SMALL)]
         assert main([*arguments, *words]) == 0
 
@@ -137,8 +137,8 @@ def test_another_tool_is_chosen_by_name(tmp_path: Path, run_json: Any, name: str
         ["--out-of-view", "0.5", "1.5"],
         ["--out-of-view", "0.5"],
         ["--clutter", "101"],
-        ["--noise-grey", "-1"],
-        ["--noise-grey", "100"],
+        ["--noise-sigma-grey", "-1"],
+        ["--noise-sigma-grey", "100"],
         ["--looks", "0"],
         ["--looks", "few"],
         ["--tool", "spoon"],
