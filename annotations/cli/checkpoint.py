@@ -15,6 +15,7 @@ from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
 from annotations.prediction.checkpoint_description import CheckpointDescription, TrainingSummary
 from annotations.prediction.error_text import column_title
 from annotations.prediction.heatmaps import HeatmapConvention
+from annotations.prediction.shipped import find_checkpoint
 from annotations.volumes.sampling import Sampling
 from annotations.volumes.spacing import OMES_REALTIME_SPACING_UM, OMES_SPACING_UM
 
@@ -27,7 +28,7 @@ def run(arguments: argparse.Namespace) -> int:
         return for_each([arguments.state], arguments.json, lambda path: _convert(path, arguments))
 
     def describe(path: Path) -> None:
-        checkpoint = load_checkpoint(path)
+        checkpoint = load_checkpoint(find_checkpoint(path))
         if arguments.json:
             write_json(_fields(checkpoint))
         else:

@@ -17,6 +17,7 @@ from annotations.prediction.error_text import error_text
 from annotations.prediction.evaluation import HeldOut, SyntheticVolumes, evaluate_study, evaluate_synthetic
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.runtime import Runtime
+from annotations.prediction.shipped import find_checkpoint
 from annotations.prediction.study_errors import Truth
 from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIONS, SceneConditions
 
@@ -28,7 +29,7 @@ _OF_STUDIES = ("annotator", "method", "shares", "split_seed")
 def run(arguments: argparse.Namespace) -> int:
     """Predict and compare; return the exit code: 1 where nothing could be compared, or a volume could not."""
     _check_use(arguments)
-    checkpoint = load_checkpoint(arguments.checkpoint)
+    checkpoint = load_checkpoint(find_checkpoint(arguments.checkpoint))
     if arguments.synthetic is not None:
         made = _synthetic(arguments, checkpoint)
         table = evaluate_synthetic(Predictor(checkpoint, Runtime(checkpoint)), made, show_progress)

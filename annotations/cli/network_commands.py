@@ -8,6 +8,8 @@ from annotations.cli.arguments import amount, at_least, length, new_command, sha
 if TYPE_CHECKING:
     from annotations.cli.arguments import Commands
 
+_CHECKPOINT_HELP = "a checkpoint (.onnx), or the name of one that ships, such as magnetic-forceps"
+
 
 def add_network_commands(commands: "Commands") -> None:
     """Add them to the command line."""
@@ -85,7 +87,7 @@ def _add_synthesize(commands: "Commands") -> None:
         "--clutter", type=at_least(0), metavar="N", help="blocks that lie about in each volume"
     )
     synthesize.add_argument(
-        "--noise-grey",
+        "--noise-sigma-grey",
         type=amount,
         metavar="SIGMA",
         help="standard deviation of Gaussian noise, in grey values",
@@ -142,10 +144,15 @@ def _add_evaluate(commands: "Commands") -> None:
         "apart. No prediction is kept.",
         json_help=None,
     )
-    evaluate.add_argument("checkpoint", type=Path, metavar="CHECKPOINT", help="the network (.onnx)")
+    evaluate.add_argument("checkpoint", type=Path, metavar="CHECKPOINT", help=_CHECKPOINT_HELP)
     evaluate.add_argument("study", nargs="?", type=Path, metavar="STUDY", help="a study's folder")
     evaluate.add_argument(
-        "--json", type=Path, metavar="OUT", help="write everything as one JSON object; - prints it instead"
+        "--json",
+        nargs="?",
+        const=Path("-"),
+        type=Path,
+        metavar="OUT",
+        help="everything as one JSON object, printed, or written to a file",
     )
     evaluate.add_argument(
         "--annotator", metavar="NAME", help="whose annotations (the consensus, or the only one who is done)"
@@ -260,7 +267,7 @@ def _add_checkpoint(commands: "Commands") -> None:
         "Check each checkpoint, and say what it is: its network, tool and keypoints, what it sees of a "
         "volume, what its heatmaps mean, how it was trained and how well it did.",
     )
-    info.add_argument("files", nargs="+", type=Path, metavar="FILE", help="a checkpoint (.onnx)")
+    info.add_argument("files", nargs="+", type=Path, metavar="FILE", help=_CHECKPOINT_HELP)
     convert = new_command(
         actions,
         "convert",
@@ -285,7 +292,7 @@ def _add_predict(commands: "Commands") -> None:
         "write both to a file. Of a study, all volumes are predicted, into its folder predictions/<name of "
         "the checkpoint>. Earlier predictions are replaced; no other file ever is.",
     )
-    predict.add_argument("checkpoint", type=Path, metavar="CHECKPOINT", help="a checkpoint (.onnx)")
+    predict.add_argument("checkpoint", type=Path, metavar="CHECKPOINT", help=_CHECKPOINT_HELP)
     predict.add_argument("volumes", nargs="*", type=Path, metavar="VOLUME", help="a file, or a Zarr folder")
     predict.add_argument("-o", "--output", type=Path, metavar="DIR", help="where the predictions go")
     predict.add_argument("--study", type=Path, metavar="STUDY", help="a study's folder, in place of volumes")

@@ -18,6 +18,7 @@ from annotations.prediction.prediction_file import (
 )
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.runtime import Runtime
+from annotations.prediction.shipped import find_checkpoint
 from annotations.prediction.volume_prediction import predict_volume
 from annotations.volumes import DatasetChoiceNeeded, SpacingUm, Volume, open_volume, validate_spacing_um
 
@@ -46,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Predict each volume; return the exit code."""
     _check_use(arguments)
     wanted = list(_wanted(arguments))
-    checkpoint = load_checkpoint(arguments.checkpoint)
+    checkpoint = load_checkpoint(find_checkpoint(arguments.checkpoint))
     predictor = Predictor(checkpoint, Runtime(checkpoint))
     code = 0
     for number, volume in enumerate(wanted):

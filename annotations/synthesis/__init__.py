@@ -1,7 +1,6 @@
 """Synthetic volumes of a tool with exact annotations."""
 
 from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIONS, SceneConditions
-from annotations.synthesis.demo import make_demo_study
 from annotations.synthesis.grid import FULL_SHAPE, REALTIME_SHAPE, Grid
 from annotations.synthesis.mesh_tool import MeshTool, read_mesh_tool
 from annotations.synthesis.network_volume import network_volume
@@ -23,7 +22,6 @@ __all__ = [
     "Scene",
     "SceneConditions",
     "SceneSeed",
-    "make_demo_study",
     "network_volume",
     "occupancy",
     "random_scene",

@@ -149,6 +149,6 @@ def _demo_folder() -> Path:
 
 
 def _made_demo(folder: Path, progress: Callable[[float], None], cancelled: Callable[[], bool]) -> Path:
-    from annotations.synthesis.demo import make_demo_study  # late: it takes 0.3 s, and few sessions need it
+    from annotations.demo import make_demo_study  # late: it takes half a second, and few sessions need it
 
     return make_demo_study(folder, progress, cancelled)

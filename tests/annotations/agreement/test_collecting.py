@@ -11,13 +11,13 @@ import pytest
 from annotations.agreement.collecting import collect
 from annotations.agreement.comparison import agreement_of
 from annotations.agreement.results import Statistics
+from annotations.demo import make_demo_study
 from annotations.documents.provenance import Viewing
 from annotations.documents.representations import keypoint_positions_um
 from annotations.documents.standing import STANDINGS
 from annotations.documents.study import StudyError
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.kinematics import keypoints_um
-from annotations.synthesis.demo import make_demo_study
 from tests.annotations.agreement.written import (
     FORCEPS,
     POSE,

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import annotations
 from annotations.cli import main
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
 from annotations.documents.study import load_study, save_study
+from annotations.prediction import shipped
 from annotations.prediction.heatmaps import HeatmapConvention
 from annotations.prediction.prediction_file import load_prediction
 from annotations.volumes import sidecar_path
@@ -48,6 +50,29 @@ def test_a_volume_is_predicted_into_a_folder(
         assert position_um == pytest.approx(truth.positions_um[name], abs=30)
         assert fields["keypoints"][name] == list(position_um)
     assert len(prediction.positions_um) >= 4
+
+
+def test_a_checkpoint_that_ships_goes_by_its_name(
+    checkpoint: Path, volume_path: Path, tmp_path: Path, run_json: RunJson, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shipped, "shipped_checkpoints", lambda: {"magnetic-forceps": checkpoint})
+
+    assert run_json("predict", "magnetic-forceps", volume_path, "-o", tmp_path / "out")[0] == 0
+    assert load_prediction(tmp_path / "out" / "v001.json").checkpoint.name == "Known"
+    assert run_json("checkpoint", "info", "magnetic-forceps")[1][0]["path"] == str(checkpoint)
+    code, _, messages = run_json("predict", "forceps", volume_path, "-o", tmp_path / "out")
+    assert code == 1
+    assert "magnetic-forceps" in messages
+
+
+def test_a_prediction_names_no_place_of_a_checkpoint_that_ships(
+    checkpoint: Path, volume_path: Path, tmp_path: Path, run_json: RunJson, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(annotations, "__file__", str(checkpoint.parent / "__init__.py"))
+
+    assert run_json("predict", checkpoint, volume_path, "-o", tmp_path / "out")[0] == 0
+
+    assert load_prediction(tmp_path / "out" / "v001.json").checkpoint.path is None
 
 
 def test_a_study_keeps_its_predictions(checkpoint: Path, study: Path, run_json: RunJson) -> None:

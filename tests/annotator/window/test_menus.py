@@ -10,9 +10,9 @@ from PySide6.QtCore import QByteArray
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMenu, QSplitter
 
+from annotations import demo
 from annotations.geometry.boxes import Box
 from annotations.geometry.rotations import from_yaw_pitch_roll
-from annotations.synthesis import demo
 from annotator.actions.table import ACTIONS
 from annotator.slices.viewport import fitting_scale
 from annotator.window.four_up import FourUp

@@ -1,4 +1,4 @@
-"""What the tests of synthetic volumes share."""
+"""What the tests of the library share."""
 
 from pathlib import Path
 
