@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from annotations.app_folders import tool_folder
-from annotations.documents.representations import keypoints_of
 from annotations.documents.study import Study, load_study
 from annotations.documents.volume_link import compare
 from annotations.errors import Cancelled, UserError
@@ -23,6 +22,8 @@ from annotations.interchange.speaking_documents import (
 from annotations.interchange.split import split_of
 from annotations.learning.examples import AnnotatedExamples, Example
 from annotations.learning.settings import AnnotatedSettings
+from annotations.prediction.prediction_errors import positions_array_um
+from annotations.prediction.study_errors import true_positions_um
 from annotations.volumes import fingerprint, open_volume
 from annotations.volumes.sampling import Sampling, sample_volume
 
@@ -74,6 +75,9 @@ def annotated_examples(
     stopped: Callable[[], bool] = lambda: False,
 ) -> AnnotatedExamples:
     """Sample the volumes for which an annotation speaks; they are read once and kept in memory.
+
+    A position that is itself a network's, and that nobody has touched since, is no label: a network shall not
+    learn its own errors.
 
     Parameters
     ----------
@@ -143,11 +147,11 @@ def _example(found: FoundStudy, document: SpeakingDocument, sampling: Sampling) 
                 remedy=f"Say with 'annotations check {found.folder}' what else is wrong, and mend it",
             )
         samples = sample_volume(volume, reference.spacing_um, sampling)
-    keypoints = keypoints_of(document.annotation, document.tool)
+    (keypoints_um,) = positions_array_um([true_positions_um(document)], found.tool)
     return Example(
         # Half the memory, and exact enough for the means of bytes.
         samples.astype(np.float16) if sampling.dtype == "uint8" else samples,
-        np.array([keypoint.position_um or (np.nan,) * 3 for keypoint in keypoints]),
+        keypoints_um,
         reference.spacing_um,
     )
 

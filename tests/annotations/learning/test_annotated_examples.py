@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from annotations.documents.files import load_annotation
+from annotations.documents.files import load_annotation, save_annotation
+from annotations.documents.record import changed
 from annotations.documents.study import annotation_path, load_study, save_study
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool_library import load_tool
@@ -47,6 +48,25 @@ def test_volumes_are_sampled_and_keypoints_are_those_of_the_annotations(made: Pa
         with open_volume(made / f"volumes/{volume_id}.npy") as volume:
             samples = sample_volume(volume, example.spacing_um, SAMPLING)
         np.testing.assert_array_equal(example.samples, samples.astype(np.float16))
+
+
+def test_what_a_network_said_and_nobody_touched_is_no_label(folder: Path) -> None:
+    path = annotation_path(folder, "truth", "v001", "keypoints")
+    document, expected = load_annotation(path)
+    first, *others = document.keypoints
+    begun = changed(document, keypoints=(changed(first, source="predicted"), *others))
+    save_annotation(begun, path, expected=expected)
+
+    found = annotated_examples(find_studies([folder]), SAMPLING, USUAL)
+
+    last_um = others[-1].position_um
+    (example,) = (
+        one
+        for one in (*found.training, *found.validation)
+        if one.keypoints_um[-1].tolist() == list(last_um or ())
+    )
+    assert np.isnan(example.keypoints_um[0]).all()
+    assert np.isfinite(example.keypoints_um[1:]).all()
 
 
 def test_the_split_is_by_the_seed_and_the_third_share_is_left_alone(made: Path) -> None:
