@@ -8,7 +8,7 @@ from typing import Literal
 
 from annotations.app_folders import tool_folder
 from annotations.documents.annotation import VolumeReference
-from annotations.documents.study import Study, StudyVolume, load_study
+from annotations.documents.study import Study, load_study
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.kinematics import keypoints_um
 from annotations.geometry.tool import ToolSpecification
@@ -119,7 +119,7 @@ def evaluate_study(
             raise Cancelled
         progress(number / len(documents))
         try:
-            predictions[document.volume.id] = _predict(predictor, folder, document.volume)
+            predictions[document.volume.id] = _predict(predictor, folder, document)
         except UserError as error:
             unjudged.append(UnjudgedVolume(volume=document.volume.id, reason=str(error).rstrip(".")))
     table = study_errors(folder, predictions, truth, unjudged=unjudged, cancelled=cancelled)
@@ -175,13 +175,12 @@ def _documents(
     return documents
 
 
-def _predict(predictor: Predictor, folder: Path, wanted: StudyVolume) -> Prediction:
+def _predict(predictor: Predictor, folder: Path, document: SpeakingDocument) -> Prediction:
+    wanted = document.volume
     path = study_prediction_path(folder, predictor.checkpoint.description.name, wanted.id)
     with open_volume(folder / wanted.path, dataset=wanted.dataset) as volume:
-        # As in the application, what was said of this volume comes before what was said of the study.
-        is_known = volume.spacing_source in ("sidecar", "file") or wanted.spacing_um is None
-        spacing_um = volume.spacing_um if is_known else wanted.spacing_um
-        return predict_volume(predictor, volume, spacing_um, path)
+        # As in the application, the annotation's own spacing comes first: its positions were made with it.
+        return predict_volume(predictor, volume, document.annotation.volume.spacing_um, path)
 
 
 def _predict_scene(predictor: Predictor, scene: Scene) -> Prediction:

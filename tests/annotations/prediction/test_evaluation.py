@@ -15,6 +15,7 @@ from annotations.prediction.evaluation import HeldOut, SyntheticVolumes, evaluat
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.study_errors import Truth
 from annotations.synthesis import PLAIN_CONDITIONS, SceneConditions, SceneSeed, random_scene, write_study
+from annotations.volumes import write_sidecar
 from tests.annotations.prediction.known_keypoints import (
     COARSE,
     FORCEPS,
@@ -94,6 +95,21 @@ def test_a_volume_that_is_gone_is_named_and_the_others_are_judged(
     [unjudged] = table.unjudged
     assert unjudged.volume == "v002"
     assert "v002.npy" in unjudged.reason
+
+
+def test_a_volume_is_seen_with_the_spacing_that_it_was_annotated_with(
+    predictor: Predictor, tmp_path: Path
+) -> None:
+    folder = tmp_path / "study"
+    write_study(folder, FORCEPS, count=1, seed=3, shape=SHAPE)
+    document, _ = load_annotation(annotation_path(folder, "truth", "v001", "keypoints"))
+    slightly_more_um = tuple(1.001 * step_um for step_um in document.volume.spacing_um)
+    write_sidecar(folder / "volumes" / "v001.npy", slightly_more_um, depth_axis=2)
+
+    table = evaluate_study(predictor, folder, Truth())
+
+    assert [row.volume for row in table.rows] == ["v001"]
+    assert table.rows[0].targets["position_mm"] < 0.02
 
 
 def test_a_study_in_which_nobody_has_annotated_says_so(study: Path, predictor: Predictor) -> None:
