@@ -130,6 +130,7 @@ class Training:
                 self._finish_epoch(part)
                 self._save()
         progress.begin_next_part()
+        self._average.begin_again()
         self._save(is_last=progress.part == len(self._parts))
         return True
 

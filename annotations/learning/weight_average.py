@@ -21,7 +21,7 @@ class WeightAverage:
     network : PoseNetwork
         In evaluation mode.
     steps : int
-        How many it has followed.
+        How many it has followed since it began, or began again.
 
     Parameters
     ----------
@@ -47,6 +47,10 @@ class WeightAverage:
                     own[name].lerp_(value, 1 - decay)
                 else:
                     own[name].copy_(value)
+
+    def begin_again(self) -> None:
+        """Forget soon what is known so far: what comes is about other volumes, and may be few steps long."""
+        self.steps = 0
 
     def weights(self) -> dict[str, Tensor]:
         """Return a copy of the averages, on the processor."""

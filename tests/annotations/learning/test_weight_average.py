@@ -41,6 +41,19 @@ def test_the_first_weights_are_soon_forgotten() -> None:
     assert abs(average) < 0.02
 
 
+def test_once_it_begins_again_what_it_followed_before_is_soon_forgotten() -> None:
+    network = build_network(tiny_settings().network_settings(keypoints=2, outputs=0))
+    name, weight = next(iter(network.named_parameters()))
+    average = WeightAverage(network, 0.999)
+    for value, steps in ((0.0, 200), (1.0, 5)):
+        average.begin_again()
+        with torch.no_grad():
+            weight.fill_(value)
+        for _ in range(steps):
+            average.follow(network)
+    assert average.weights()[name].flatten()[0].item() > 0.99
+
+
 def test_numbers_that_are_counted_are_copied_and_the_network_stays_as_it_was() -> None:
     network = build_network(tiny_settings().network_settings(keypoints=2, outputs=0))
     average = WeightAverage(network, 0.9)
