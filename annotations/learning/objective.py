@@ -25,7 +25,7 @@ from annotations.learning.network_settings import NetworkSettings
 from annotations.learning.pose_losses import PoseLoss, regression_loss
 from annotations.learning.pose_vector import PoseScaling
 from annotations.learning.settings import TrainingSettings
-from annotations.prediction.heatmaps import decode
+from annotations.prediction.heatmaps import decode, in_range
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +57,14 @@ class Found:
         The pose.
     keypoints_um : ndarray, shape (n, K, 3), or None
         NaN where it sees none; None of a network that does not tell keypoints.
+    is_in_range : ndarray of bool, shape (n, K), or None
+        Whether the keypoint truly is where the network could tell it; None where nobody knows, or of a
+        network that does not tell keypoints.
     """
 
     targets: TargetArrays
     keypoints_um: NDArray[np.float64] | None
+    is_in_range: NDArray[np.bool_] | None = None
 
 
 class Objective(ABC, Generic[T]):
@@ -155,10 +159,8 @@ class HeatmapObjective(Objective[HeatmapTargets]):
 
     def targets(self, examples: Sequence[Example], weight: NDArray[np.float64]) -> HeatmapTargets:
         """Return what the heatmaps should be."""
-        sampling, convention = self._settings.sampling, self._settings.heatmaps
-        index_input = [sampling.to_index(one.keypoints_um, one.spacing_um) for one in examples]
-        index_heatmap = convention.to_heatmap(np.stack(index_input), self._input_shape)
-        return heatmap_targets(index_heatmap, self._shape, convention, self._device, weight)
+        index_heatmap = self._true_index(examples)
+        return heatmap_targets(index_heatmap, self._shape, self._settings.heatmaps, self._device, weight)
 
     def loss_by(self, output: Tensor, targets: HeatmapTargets) -> tuple[Tensor, dict[str, float]]:
         """Return the loss of heatmaps, and its parts."""
@@ -177,7 +179,14 @@ class HeatmapObjective(Objective[HeatmapTargets]):
             index_input = convention.to_input(index_heatmap, self._input_shape)
             found.append(sampling.to_um(index_input, example.spacing_um))
         keypoints_um = np.stack(found)
-        return Found(target_arrays(keypoints_um, self._tool), keypoints_um)
+        is_in_range = in_range(self._true_index(examples), self._shape)
+        return Found(target_arrays(keypoints_um, self._tool), keypoints_um, is_in_range)
+
+    def _true_index(self, examples: Sequence[Example]) -> NDArray[np.float64]:
+        """Return where the keypoints truly are, in heatmap voxels, shape (n, K, 3)."""
+        sampling = self._settings.sampling
+        index_input = [sampling.to_index(one.keypoints_um, one.spacing_um) for one in examples]
+        return self._settings.heatmaps.to_heatmap(np.stack(index_input), self._input_shape)
 
 
 class RegressionObjective(Objective[ScaledPoses]):

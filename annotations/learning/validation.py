@@ -30,8 +30,8 @@ class ValidationErrors:
         ``position_mm``, ``orientation_deg`` and ``<angle>_deg`` of each volume, by the published formulas;
         NaN where the network, or the truth, lacks the keypoints for one.
     keypoints_mm : ndarray, shape (n, K), or None
-        NaN where the truth is unknown, infinite where the network sees none; None of a network that does not
-        tell keypoints.
+        NaN where the truth is unknown, or the keypoint lies beyond the range of the network's input, and it
+        says so; infinite where it sees none that is there. None of a network that does not tell keypoints.
     """
 
     targets: Mapping[str, NDArray[np.float64]]
@@ -70,10 +70,15 @@ class ValidationErrors:
         return figures
 
     def summary(self) -> dict[str, tuple[float, float]]:
-        """Return the mean and standard deviation of each target's error, where it is known of any volume."""
+        """Return the mean and standard deviation of each target's error, where it is known of any volume.
+
+        The standard deviation is with n − 1, as in tables of errors, and 0 of one volume.
+        """
         found = {name: values[~np.isnan(values)] for name, values in self.targets.items()}
         return {
-            name: (float(values.mean()), float(values.std())) for name, values in found.items() if len(values)
+            name: (float(values.mean()), float(values.std(ddof=1)) if len(values) > 1 else 0.0)
+            for name, values in found.items()
+            if len(values)
         }
 
 
@@ -106,4 +111,6 @@ def compare(found: Found, true_um: NDArray[np.float64], tool: ToolSpecification)
         return ValidationErrors(targets, None)
     errors = prediction_errors(found.keypoints_um, true_um, tool)
     distances_mm = np.where(errors.keypoints_missing, np.inf, errors.keypoints_um / 1000)
+    if found.is_in_range is not None:
+        distances_mm[errors.keypoints_missing & ~found.is_in_range] = np.nan
     return ValidationErrors(targets, distances_mm)

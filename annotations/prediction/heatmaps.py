@@ -109,6 +109,16 @@ class AxisProfiles:
     is_in_range: NDArray[np.bool_]
 
 
+def in_range(index_heatmap: ArrayLike, shape: Sequence[int]) -> NDArray[np.bool_]:
+    """Say which places in heatmap voxels, shape (..., 3), lie within the voxel centres of a heatmap's shape.
+
+    A network can tell no others. Of one that is NaN the answer is no.
+    """
+    index = np.asarray(index_heatmap, dtype=np.float64)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(((index >= 0) & (index <= np.asarray(shape) - 1.0)).all(axis=-1))
+
+
 def axis_profiles(
     index_heatmap: ArrayLike, shape: Sequence[int], convention: HeatmapConvention
 ) -> AxisProfiles:
@@ -123,9 +133,7 @@ def axis_profiles(
     convention : HeatmapConvention
     """
     index = np.asarray(index_heatmap, dtype=np.float64)
-    last = np.asarray(shape) - 1.0
-    with np.errstate(invalid="ignore"):
-        is_in_range = np.asarray(((index >= 0) & (index <= last)).all(axis=1))
+    is_in_range = in_range(index, shape)
     within = np.where(is_in_range[:, None], index, 0.0)
     first, second, third = (
         _profile(within[:, axis], shape[axis], convention.target, convention.sigma_voxel[axis])

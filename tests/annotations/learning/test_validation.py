@@ -1,5 +1,7 @@
 """Errors on volumes that the network did not learn from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from annotations.geometry.targets import target_arrays  # noqa: E402
 from annotations.learning.objective import Found, HeatmapObjective  # noqa: E402
 from annotations.learning.validation import compare, validate  # noqa: E402
 from annotations.prediction.heatmaps import encode  # noqa: E402
+from annotations.prediction.prediction_errors import error_figures  # noqa: E402
 from tests.annotations.learning.tiny_training import TOOL, examples, tiny_settings  # noqa: E402
 
 SETTINGS = tiny_settings()
@@ -40,6 +43,33 @@ def test_a_keypoint_that_is_not_found_counts_as_far_off() -> None:
     assert np.isnan(errors.targets["position_mm"]).tolist() == [True, False, False]
 
 
+def test_a_keypoint_beyond_the_range_is_rightly_not_found_and_wrongly_found() -> None:
+    seen = TRUE_UM + np.array([0.0, 0.0, 3000.0])
+    seen[0, 0] = np.nan
+    is_in_range = np.ones(seen.shape[:2], dtype=bool)
+    is_in_range[0, :2] = False
+    errors = compare(Found(target_arrays(seen, TOOL), seen, is_in_range), TRUE_UM, TOOL)
+    assert errors.keypoints_mm is not None
+    assert np.isnan(errors.keypoints_mm[0, 0])
+    assert errors.keypoints_mm[0, 1] == pytest.approx(3.0)
+    assert errors.score == pytest.approx(3.0)
+
+
+def test_a_network_is_not_asked_for_what_lies_beyond_its_input() -> None:
+    (one,) = examples(1)
+    moved = replace(one, keypoints_um=one.keypoints_um + np.array([30_000.0, 0.0, 0.0]))
+    objective = HeatmapObjective(SETTINGS, TOOL, torch.device("cpu"))
+    shape = SETTINGS.heatmaps.heatmap_shape(SETTINGS.sampling.padded_shape)
+    nothing = torch.full((2, len(TOOL.keypoint_names), *shape), -30.0)
+
+    errors = validate(lambda _inputs: nothing, objective, TOOL, [one, moved], batch=2)  # type: ignore[arg-type]
+
+    assert errors.score == 10.0
+    assert errors.keypoints_mm is not None
+    assert np.isinf(errors.keypoints_mm[0]).all()
+    assert np.isnan(errors.keypoints_mm[1]).all()
+
+
 def test_a_keypoint_of_which_nothing_is_known_does_not_count() -> None:
     true = TRUE_UM.copy()
     true[1, 2] = np.nan
@@ -53,6 +83,15 @@ def test_where_nothing_is_found_there_are_no_means() -> None:
     assert np.isnan(errors.figures()["position_mm_mean"])
     assert errors.summary() == {}
     assert errors.score == 10.0
+
+
+def test_the_deviation_is_that_of_the_tables_of_errors() -> None:
+    seen = TRUE_UM[:2].copy()
+    seen[1] += np.array([0.0, 0.0, 2000.0])
+    errors = compare(found(seen), TRUE_UM[:2], TOOL)
+    values = errors.targets["position_mm"]
+    figures = error_figures(values, np.isnan(values))
+    assert errors.summary()["position_mm"] == pytest.approx((figures.mean, figures.sd))
 
 
 def test_a_network_that_knows_the_keypoints_has_no_error() -> None:
