@@ -60,6 +60,13 @@ def train_checkpoint(
             where="network.kind",
             remedy="Choose 'lean' or 'v2v'; the others are for 'annotations experiment'",
         )
+    if checkpoint.is_dir():
+        # Else that would show at the end.
+        raise UserError(
+            "it is a folder, and a checkpoint is a file",
+            where=checkpoint,
+            remedy="Choose another name for -o",
+        )
     training = Training(settings, tool, annotated, checkpoint, say, restart)
     is_done = training.run(stopped)
     path = training.folder.path / BEST_FILE

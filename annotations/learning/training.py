@@ -110,6 +110,7 @@ class Training:
             The loss is no number any more, or synthetic volumes cannot be made; SaveError where the state
             cannot be saved.
         """
+        self.folder.begin()
         while self.progress.part < len(self._parts):
             if not self._run_part(self._parts[self.progress.part], stopped):
                 return False
@@ -263,12 +264,19 @@ class Training:
         saved = self.folder.read()
         if saved is None:
             return
-        self.progress = saved.progress
-        self.network.load_state_dict(saved.tensors["network"])
-        self._average.network.load_state_dict(saved.tensors["average"])
-        self._average.steps = saved.average_steps
-        self._optimizer.load_state_dict(saved.tensors["optimizer"])
-        self.best = dict(saved.tensors["best"])
+        try:
+            self.network.load_state_dict(saved.tensors["network"])
+            self._average.network.load_state_dict(saved.tensors["average"])
+            self._optimizer.load_state_dict(saved.tensors["optimizer"])
+            self.best = dict(saved.tensors["best"])
+        except (RuntimeError, LookupError, ValueError, TypeError, AttributeError) as error:
+            raise UserError(
+                f"the state is not that of this network ({type(error).__name__}): another version of this "
+                "program may have begun the training",
+                where=self.folder.path,
+                remedy="Go on with that version, or start again from nothing with --restart",
+            ) from error
+        self.progress, self._average.steps = saved.progress, saved.average_steps
         self._say(f"going on from {self.folder.path}, after {self.progress.seconds:.0f} s of training")
 
 

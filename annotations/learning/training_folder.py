@@ -164,6 +164,10 @@ class TrainingFolder:
             )
         return saved
 
+    def begin(self) -> None:
+        """Keep the settings: what cannot be written is to show before hours of work, as a SaveError."""
+        replace_durably(self.path / "settings.toml", self._settings.as_toml().encode())
+
     def write(
         self, progress: Progress, tensors: Mapping[str, Any], average_steps: int, is_last: bool
     ) -> None:
@@ -184,7 +188,6 @@ class TrainingFolder:
             stream,
         )
         replace_durably(self.path / STATE_FILE, stream.getvalue())
-        replace_durably(self.path / "settings.toml", self._settings.as_toml().encode())
         if progress.rows:
             replace_durably(self.path / "log.csv", _csv_bytes(progress.rows))
             if is_last or time.monotonic() > self._drawn_s + _DRAW_EVERY_S:

@@ -53,6 +53,16 @@ def test_wrong_settings_are_said_with_their_file(tmp_path: Path, capsys: pytest.
     assert f"{path}: optimization.batch" in capsys.readouterr().err
 
 
+@needs_torch
+def test_a_folder_is_no_checkpoint_and_nothing_is_trained(
+    tmp_path: Path, recipe: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "c.onnx").mkdir()
+    assert main(["train", "-o", str(tmp_path / "c.onnx"), "--config", str(recipe)]) == 1
+    assert "it is a folder" in capsys.readouterr().err
+    assert not (tmp_path / "c.onnx.training").exists()
+
+
 def test_a_checkpoint_must_be_named(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["train"])

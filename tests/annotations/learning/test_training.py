@@ -10,6 +10,7 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+from annotations.durable_files import SaveError  # noqa: E402
 from annotations.errors import UserError  # noqa: E402
 from annotations.learning.examples import AnnotatedExamples  # noqa: E402
 from annotations.learning.settings import TrainingSettings  # noqa: E402
@@ -122,6 +123,27 @@ def test_other_settings_or_data_do_not_go_on_with_a_training(tmp_path: Path) -> 
         Training(settings, TOOL, annotated(1), tmp_path / "c.onnx")
     assert "--restart" in error.value.remedy
     Training(settings.model_copy(update={"threads": 3}), TOOL, NOTHING, tmp_path / "c.onnx")
+
+
+def test_a_state_of_another_network_is_refused(tmp_path: Path) -> None:
+    settings = tiny_settings(synthetic={"volumes": 6})
+    begun = Training(settings, TOOL, NOTHING, tmp_path / "c.onnx")
+    assert not begun.run(StopAfter(1))
+    saved = begun.folder.read()
+    assert saved is not None
+    for tensors in ({"network": {}}, {"average": 3}, {"optimizer": {}}, {"best": None}):
+        begun.folder.write(saved.progress, {**saved.tensors, **tensors}, saved.average_steps, is_last=False)
+        with pytest.raises(UserError, match="not that of this network") as error:
+            Training(settings, TOOL, NOTHING, tmp_path / "c.onnx")
+        assert "--restart" in error.value.remedy
+
+
+def test_where_nothing_can_be_written_no_step_is_taken(tmp_path: Path) -> None:
+    settings = tiny_settings(synthetic={"volumes": 6})
+    (tmp_path / "c.onnx.training").write_bytes(b"a file where the folder is to be")
+    training = Training(settings, TOOL, NOTHING, tmp_path / "c.onnx")
+    with pytest.raises(SaveError):
+        training.run(lambda: pytest.fail("a step was taken"))
 
 
 def changed(settings: TrainingSettings, **optimization: Any) -> TrainingSettings:
