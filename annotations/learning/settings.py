@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -17,6 +18,7 @@ from annotations.learning.network_settings import HEATMAP_KINDS, NetworkKind, Ne
 from annotations.prediction.heatmaps import HeatmapConvention
 from annotations.synthesis.conditions import TRAINING_CONDITIONS, SceneConditions
 from annotations.volumes.sampling import OMES_SAMPLING, Sampling
+from annotations.volumes.spacing import OMES_SPACING_UM
 
 Count = Annotated[int, Field(ge=0, strict=True)]
 AtLeastOne = Annotated[int, Field(ge=1, strict=True)]
@@ -213,6 +215,11 @@ class TrainingSettings(_Section):
         if self.synthetic.volumes and (self.sampling.dtype, self.sampling.depth_axis) != ("uint8", 2):
             raise ValueError(
                 "synthetic volumes are of uint8 and have their depth along axis 2: say synthetic.volumes = 0"
+            )
+        if self.synthetic.volumes and np.any(np.greater(OMES_SPACING_UM, self.sampling.spacing_um)):
+            raise ValueError(
+                f"sampling.spacing_um is finer than the voxels of synthetic volumes, {OMES_SPACING_UM} µm: say "
+                "synthetic.volumes = 0, or take fewer samples"
             )
         if self.gives_heatmaps and self.heatmaps.decoding == "argmax" and self.loss.needs_coordinates:
             raise ValueError(

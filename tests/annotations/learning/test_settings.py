@@ -87,6 +87,13 @@ def test_synthetic_volumes_are_of_bytes() -> None:
     parse_settings(tomli_w.dumps({"sampling": sampling, "synthetic": {"volumes": 0}}), "x")
 
 
+def test_samples_are_no_finer_than_the_voxels_of_synthetic_volumes() -> None:
+    sampling = OMES_SAMPLING.model_copy(update={"spacing_um": (622.0, 189.0, 5.0)}).model_dump(mode="json")
+    with pytest.raises(SettingsError, match=r"sampling\.spacing_um is finer than the voxels"):
+        parse_settings(tomli_w.dumps({"sampling": sampling}), "x")
+    parse_settings(tomli_w.dumps({"sampling": sampling, "synthetic": {"volumes": 0}}), "x")
+
+
 def test_a_file_that_is_absent_or_no_toml_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match="could not be read"):
         read_settings(tmp_path / "absent.toml")
