@@ -218,8 +218,8 @@ class TrainingSettings(_Section):
             )
         if self.synthetic.volumes and np.any(np.greater(OMES_SPACING_UM, self.sampling.spacing_um)):
             raise ValueError(
-                f"sampling.spacing_um is finer than the voxels of synthetic volumes, {OMES_SPACING_UM} µm: say "
-                "synthetic.volumes = 0, or take fewer samples"
+                f"sampling.spacing_um is finer than the voxels of synthetic volumes, {OMES_SPACING_UM} µm: "
+                "say synthetic.volumes = 0, or take fewer samples"
             )
         if self.gives_heatmaps and self.heatmaps.decoding == "argmax" and self.loss.needs_coordinates:
             raise ValueError(
