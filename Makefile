@@ -15,7 +15,8 @@ PY := $(BIN)/python
 # A comma would end the argument of a call.
 comma := ,
 # Where the tests are that are skipped without the extra 'train', which brings torch.
-TRAIN_TESTS := tests/annotations/learning $(addprefix tests/annotations/cli/test_, train.py checkpoint.py)
+TRAIN_TESTS := tests/annotations/learning $(addprefix tests/annotations/cli/test_, train.py checkpoint.py) \
+	tests/annotator/session/test_checkpoints.py
 
 # $(call set_up,EXTRAS) keeps a sound environment, and installs only when pyproject.toml is newer than the
 # last installation. Plain recipes instead of file targets, because make looks at a target's age too early to

@@ -63,7 +63,8 @@ def _parser() -> argparse.ArgumentParser:
         "path",
         nargs="?",
         metavar="PATH",
-        help="a volume, an annotation, a study, a folder of volumes, or 'demo' for the demo study",
+        help="a volume, an annotation, a study, a folder of volumes, a checkpoint, or 'demo' for the demo "
+        "study",
     )
     parser.add_argument(
         "--screenshot", metavar="OUT.png", help="draw the window into a picture, without a display, and leave"

@@ -12,10 +12,10 @@ from annotations.cli.learning_extra import require_torch
 from annotations.cli.output import for_each, write_json, write_text
 from annotations.errors import UserError
 from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
-from annotations.prediction.checkpoint_description import CheckpointDescription, TrainingSummary
-from annotations.prediction.error_text import column_title
+from annotations.prediction.checkpoint_description import CheckpointDescription
 from annotations.prediction.heatmaps import HeatmapConvention
 from annotations.prediction.shipped import find_checkpoint
+from annotations.prediction.training_words import errors_in_words, training_in_words
 from annotations.volumes.sampling import Sampling
 from annotations.volumes.spacing import OMES_REALTIME_SPACING_UM, OMES_SPACING_UM
 
@@ -101,8 +101,8 @@ def _in_words(checkpoint: Checkpoint) -> str:
         ("coordinates", _decoding(convention)),
         ("out of view", f"by {_out_of_view(convention)}"),
         ("", f"{_by(before_mm, '.2f')} mm before the samples and {_by(after_mm, '.2f')} mm after them"),
-        ("training", _training(description.training)),
-        ("errors", _errors(description.training)),
+        ("training", training_in_words(description.training)),
+        ("errors", errors_in_words(description.training)),
         ("program", f"{description.program}, {description.created:%Y-%m-%d %H:%M} UTC"),
         ("format", f"{description.schema_id}, {len(checkpoint.model):,} bytes of ONNX"),
         ("sha256", checkpoint.sha256),
@@ -140,29 +140,6 @@ def _out_of_view(convention: HeatmapConvention) -> str:
     if convention.shrink == 1:
         return "the padding"
     return f"the padding, and positions shrunk by {convention.shrink:g} about the middle"
-
-
-def _training(training: TrainingSummary) -> str:
-    parts = []
-    if training.synthetic_volumes:
-        parts.append(f"{training.synthetic_volumes:,} synthetic volumes")
-    if training.annotated_volumes:
-        parts.append(f"{training.annotated_volumes:,} annotated volumes of {', '.join(training.studies)}")
-    if training.epochs:
-        parts.append(f"{training.epochs:,} epochs")
-    if training.seconds:
-        parts.append(f"{training.seconds / 60:,.0f} minutes")
-    return ", ".join(parts) or "it does not say"
-
-
-def _errors(training: TrainingSummary) -> str:
-    if not training.validation:
-        return "it does not say"
-    figures = "; ".join(
-        f"{column_title(name)} {error.mean:.2f} ± {error.deviation:.2f}"
-        for name, error in training.validation.items()
-    )
-    return f"{figures}, on {training.validation_volumes:,} other volumes"
 
 
 def _by(values: Iterable[float], form: str = "g") -> str:

@@ -5,9 +5,6 @@ from pathlib import Path
 
 from annotations.prediction.checkpoint import CheckpointError
 
-SUFFIX = ".onnx"
-"""Of the files that checkpoints are."""
-
 
 def shipped_checkpoints() -> dict[str, Path]:
     """Return the checkpoints that come with the package, by name, in order of the names.
@@ -16,7 +13,7 @@ def shipped_checkpoints() -> dict[str, Path]:
     its sources without them.
     """
     folder = Path(str(resources.files("annotations.prediction"))) / "checkpoints"
-    return {path.stem: path for path in sorted(folder.glob(f"*{SUFFIX}"))}
+    return {path.stem: path for path in sorted(folder.glob("*.onnx"))}
 
 
 def shipped_checkpoint(tool_name: str) -> Path | None:

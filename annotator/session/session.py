@@ -15,6 +15,7 @@ from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotator.session.agreeing import Agreeing
 from annotator.session.calibrating import Calibrating
+from annotator.session.checkpoints import Checkpoints
 from annotator.session.deriving import Deriving
 from annotator.session.document_file import DocumentFile
 from annotator.session.exporting import Exporting
@@ -64,14 +65,19 @@ class Session(SessionStepping):
         self.others = Others(self, self.seeing, self.agreeing, self)
         self.settling = Settling(self, self.others, self._edit, self.open_list, self._raise_error, self)
         self.exporting = Exporting(self, self.agreeing, self)
+        self.checkpoints = Checkpoints(self, self)
 
     # Opening and closing
 
     def open_path(self, path: Path, *, looks_anyway: bool = False) -> None:
         """Open a study, an annotation, a folder of volumes or a volume; errors come as ``error_raised``.
 
-        ``looks_anyway`` answers ``look_requested`` with yes; `identify` answers ``identity_requested``.
+        ``looks_anyway`` answers ``look_requested`` with yes; `identify` answers ``identity_requested``. For a
+        checkpoint nothing that is open is closed.
         """
+        if self.checkpoints.takes(path):
+            self.checkpoints.open(path)
+            return
         annotator, method = self._options.annotator_name, self._options.method
 
         def on_failed(error: Exception) -> None:

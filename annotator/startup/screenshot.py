@@ -51,6 +51,8 @@ class Photographer:
         session.spacing_requested.connect(self._on_session_spacing_requested)
         session.dataset_requested.connect(self._on_session_dataset_requested)
         session.error_raised.connect(self._on_session_error_raised)
+        session.checkpoints.opened.connect(self._on_checkpoints_answered)
+        session.checkpoints.conversion_requested.connect(self._on_checkpoints_answered)
 
     def begin(self, path: Path | None) -> None:
         """Open a path, or the demo study, and take the picture when all of it is there."""
@@ -79,6 +81,10 @@ class Photographer:
         _say(str(error))
         # What comes with a volume that is open is a warning.
         self._failed = self._session.volume is None
+
+    def _on_checkpoints_answered(self, _: object) -> None:
+        _say("A picture shows a volume. What a checkpoint is says 'annotations checkpoint info'.")
+        self._failed = True
 
     def _on_timer_timeout(self) -> None:
         self._waited_ms += _LOOK_EVERY_MS

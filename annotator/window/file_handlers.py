@@ -10,14 +10,16 @@ from annotations.documents.study import STUDY_FILE
 from annotations.errors import UserError
 from annotations.volumes.opening import SUFFIXES
 from annotator.session import Session
+from annotator.session.checkpoints import CHECKPOINT_SUFFIX, WEIGHTS_SUFFIX
 from annotator.session.stepping import skipped_words
 from annotator.settings import RECENT_FILES, Settings
 from annotator.window.questions import Questions
 
 _VOLUMES = " ".join(f"*{suffix}" for suffix in SUFFIXES)
+_CHECKPOINTS = f"*{CHECKPOINT_SUFFIX} *{WEIGHTS_SUFFIX}"
 _FILES = (
-    f"Volumes, annotations and studies ({_VOLUMES} *.json *.toml);;"
-    f"Volumes ({_VOLUMES});;Annotations (*.json);;All files (*)"
+    f"Volumes, annotations, studies and checkpoints ({_VOLUMES} *.json *.toml {_CHECKPOINTS});;"
+    f"Volumes ({_VOLUMES});;Annotations (*.json);;Checkpoints ({_CHECKPOINTS});;All files (*)"
 )
 _LEAVING = "Leave it unsaved for now"
 
@@ -55,6 +57,10 @@ class FileHandlers:
 
     def open_path(self, path: Path) -> None:
         """Open whatever lies at a path, and remember it if it could be opened."""
+        if self._session.checkpoints.takes(path):
+            # Nothing is left for it.
+            self._session.open_path(path)
+            return
 
         def open_it() -> None:
             self._opening = path.absolute()
@@ -65,7 +71,7 @@ class FileHandlers:
         self._questions.leave(open_it, _LEAVING)
 
     def open_file(self) -> None:
-        """Ask for a volume, an annotation or a study's file, and open it."""
+        """Ask for a volume, an annotation, a study's file or a checkpoint, and open it."""
         chosen, _ = QFileDialog.getOpenFileName(self._window, "Open", self._start_folder(), _FILES)
         if chosen:
             self.open_path(Path(chosen))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QDialog, QFileDialog, QWidget
@@ -22,10 +23,15 @@ from annotator.dialogs.spacing_dialog import SpacingDialog
 from annotator.dialogs.unsaved_dialog import UnsavedDialog
 from annotator.session import Session
 from annotator.session.calibrating import ToolCalibration
+from annotator.session.checkpoints import CHECKPOINT_SUFFIX
 from annotator.session.deriving import roll_meanings
 from annotator.settings import Settings
 
+if TYPE_CHECKING:
+    from annotations.prediction.checkpoint import Checkpoint
+
 _ANNOTATION_FILES = "Annotations (*.json)"
+_CHECKPOINT_FILES = f"Checkpoints (*{CHECKPOINT_SUFFIX})"
 _GO_ON = "Go on without saving"
 
 
@@ -62,6 +68,9 @@ class Questions(QObject):
         session.recovery_requested.connect(self._on_session_recovery_requested)
         session.deriving.roll_requested.connect(self._on_deriving_roll_requested)
         session.calibrating.measured.connect(self._on_calibrating_measured)
+        session.checkpoints.opened.connect(self._on_checkpoints_opened)
+        session.checkpoints.conversion_requested.connect(self._on_checkpoints_conversion_requested)
+        session.checkpoints.converted.connect(self._on_checkpoints_converted)
         session.look_requested.connect(self._on_session_look_requested)
         session.identifying.identity_requested.connect(self._on_identifying_identity_requested)
         session.identifying.is_asked = True
@@ -262,6 +271,42 @@ class Questions(QObject):
         dialog = CalibrationDialog(found, self._window)
         dialog.accepted.connect(lambda: self._session.calibrating.keep(found, dialog.name))
         self.show(dialog)
+
+    def _on_checkpoints_conversion_requested(self, weights_path: Path) -> None:
+        from annotator.dialogs.conversion_dialog import ConversionDialog  # late: few train
+
+        dialog = ConversionDialog(weights_path, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.choice == "convert":
+                self._ask_for_checkpoint_name(weights_path)
+
+        dialog.accepted.connect(on_dialog_accepted)
+        self.show(dialog)
+
+    def _ask_for_checkpoint_name(self, weights_path: Path) -> None:
+        present = weights_path.with_suffix(CHECKPOINT_SUFFIX)
+        dialog = QFileDialog(self._window, "Keep the checkpoint as", str(present.parent), _CHECKPOINT_FILES)
+        dialog.setObjectName("checkpoint_name_dialog")
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        # By the dialog, not afterwards: it is the one that asks before a file is replaced.
+        dialog.setDefaultSuffix(CHECKPOINT_SUFFIX)
+        dialog.selectFile(present.name)
+        dialog.fileSelected.connect(lambda name: self._session.checkpoints.convert(weights_path, Path(name)))
+        self.show(dialog)
+
+    def _on_checkpoints_opened(self, checkpoint: "Checkpoint") -> None:
+        self._show_checkpoint(checkpoint, is_new=False)
+
+    def _on_checkpoints_converted(self, checkpoint: "Checkpoint") -> None:
+        self._show_checkpoint(checkpoint, is_new=True)
+
+    def _show_checkpoint(self, checkpoint: "Checkpoint", *, is_new: bool) -> None:
+        from annotator.dialogs.checkpoint_dialog import CheckpointDialog  # late: few open one
+
+        worklist = self._session.worklist
+        folder = None if worklist.study is None or worklist.is_blind else worklist.folder
+        self.show(CheckpointDialog(checkpoint, self._window, study_folder=folder, is_new=is_new))
 
     def _on_session_look_requested(self, path: Path, reason: str) -> None:
         from annotator.dialogs.look_dialog import LookDialog  # late: few ask for it

@@ -105,6 +105,13 @@ class TestScreenshot:
         assert "nowhere.npy" in done.stderr
         assert not (tmp_path / "out.png").exists()
 
+    def test_a_checkpoint_is_no_picture(self, tmp_path):
+        (tmp_path / "best.pt").touch()
+        done = run("--screenshot", tmp_path / "out.png", tmp_path / "best.pt")
+        assert done.returncode == 1
+        assert "annotations checkpoint info" in done.stderr
+        assert not (tmp_path / "out.png").exists()
+
     def test_picture_that_cannot_be_written(self, bare_volume, tmp_path):
         (tmp_path / "file").write_text("in the way")
         done = run("--screenshot", tmp_path / "file" / "out.png", bare_volume, "--spacing", 1, 1, 1)
