@@ -113,7 +113,8 @@ def _write_study(
 def train(out: Path) -> None:
     """Train on the first study, or go on where that was interrupted."""
     command = ["train", str(out / "train"), "-o", str(out / CHECKPOINT), "--config", str(CONFIG)]
-    subprocess.run([sys.executable, "-m", "annotations.cli", *command], check=True)
+    # What is printed here is the report alone.
+    subprocess.run([sys.executable, "-m", "annotations.cli", *command], check=True, stdout=sys.stderr)
 
 
 def report(out: Path) -> dict[str, Any]:
