@@ -1,7 +1,7 @@
 """``annotations checkpoint``: what a checkpoint is, and a checkpoint from the weights of a training."""
 
 import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from annotations.prediction.heatmaps import HeatmapConvention
 from annotations.prediction.shipped import find_checkpoint
 from annotations.prediction.training_words import errors_in_words, training_in_words
 from annotations.volumes.sampling import Sampling
-from annotations.volumes.spacing import OMES_REALTIME_SPACING_UM, OMES_SPACING_UM
+from annotations.volumes.spacing import OMES_DEPTH_AXIS, OMES_REALTIME_SPACING_UM, OMES_SPACING_UM
 
 _AXES = "axes 0, 1, 2"
 
@@ -65,8 +65,10 @@ def _fields(checkpoint: Checkpoint) -> dict[str, Any]:
         "sha256": checkpoint.sha256,
         "input_shape": description.input_shape,
         "output_shape": description.output_shape,
-        "strides_of_full_volume": _strides(description.sampling, OMES_SPACING_UM),
-        "strides_of_realtime_volume": _strides(description.sampling, OMES_REALTIME_SPACING_UM),
+        **{
+            f"strides_of_{kind}_volume": strides
+            for kind, strides in _omes_strides(description.sampling).items()
+        },
         "margin_before_um": _margins_um(description)[0].tolist(),
         "margin_after_um": _margins_um(description)[1].tolist(),
         "description": description.model_dump(mode="json"),
@@ -77,7 +79,7 @@ def _in_words(checkpoint: Checkpoint) -> str:
     description = checkpoint.description
     tool, sampling, convention = description.tool, description.sampling, description.heatmaps
     before_mm, after_mm = _margins_um(description) / 1000
-    full, realtime = (_strides(sampling, spacing) for spacing in (OMES_SPACING_UM, OMES_REALTIME_SPACING_UM))
+    strides = (f"{_by(each)} voxels of a {kind} volume" for kind, each in _omes_strides(sampling).items())
     low, high = sampling.value_range
     lines = [
         ("name", description.name),
@@ -90,7 +92,7 @@ def _in_words(checkpoint: Checkpoint) -> str:
             f"{_by(sampling.shape)}, every {_by(sampling.spacing_um)} µm along {_AXES}"
             + (", means along the light" if sampling.is_averaged else ", single voxels"),
         ),
-        ("strides", f"{_by(full)} voxels of a full volume of the OMES, {_by(realtime)} of a real-time one"),
+        ("strides", ", ".join(strides) or "its volumes are not those of the OMES"),
         ("padding", f"{_by(sampling.padding_before)} before and {_by(sampling.padding_after)} after"),
         ("input", _by(sampling.padded_shape)),
         ("values", f"{low:g} to {high:g} become 0 to 1"),
@@ -110,9 +112,19 @@ def _in_words(checkpoint: Checkpoint) -> str:
     return "\n".join([str(checkpoint.path), *(f"  {label:<11}  {_printable(text)}" for label, text in lines)])
 
 
-def _strides(sampling: Sampling, spacing_um: Sequence[float]) -> list[float]:
-    """Return how many voxels of a volume lie between two samples along each axis."""
-    return [round(sample / voxel, 4) for sample, voxel in zip(sampling.spacing_um, spacing_um, strict=True)]
+def _omes_strides(sampling: Sampling) -> dict[str, list[float]]:
+    """Return how many voxels lie between two samples along each axis, of the OMES's kinds of volumes.
+
+    Empty where light travels along another axis than in them.
+    """
+    if sampling.depth_axis != OMES_DEPTH_AXIS:
+        return {}
+    return {
+        kind: [
+            round(sample / voxel, 4) for sample, voxel in zip(sampling.spacing_um, spacing_um, strict=True)
+        ]
+        for kind, spacing_um in (("full", OMES_SPACING_UM), ("realtime", OMES_REALTIME_SPACING_UM))
+    }
 
 
 def _margins_um(description: CheckpointDescription) -> NDArray[np.float64]:

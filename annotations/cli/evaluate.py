@@ -4,13 +4,15 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from annotations.cli.output import show_progress, write_json, write_text
 from annotations.documents.files import document_bytes
 from annotations.documents.study import load_study
 from annotations.durable_files import replace_durably
-from annotations.errors import UserError
+from annotations.errors import UserError, first_problem
 from annotations.interchange.split import SplitRule, split_rule
-from annotations.learning.settings import parse_settings
+from annotations.learning.settings import SettingsError, TrainingSettings, parse_settings
 from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
 from annotations.prediction.error_table import ErrorTable
 from annotations.prediction.error_text import error_text
@@ -75,9 +77,7 @@ def _check_use(arguments: argparse.Namespace) -> None:
 
 def _synthetic(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SyntheticVolumes:
     seed = _SEED if arguments.seed is None else arguments.seed
-    said = checkpoint.description.training.settings
-    if said:
-        settings = parse_settings(said, arguments.checkpoint)
+    if settings := _training_settings(checkpoint):
         seen = {settings.validation.seed} | (
             {settings.synthetic.seed} if settings.synthetic.volumes else set()
         )
@@ -95,9 +95,19 @@ def _synthetic(arguments: argparse.Namespace, checkpoint: Checkpoint) -> Synthet
     }
     try:
         conditions = SceneConditions.model_validate(conditions.model_dump() | changes)
-    except ValueError as error:
-        arguments.misuse(f"--looks or --noise-sigma-grey is out of range: {error}")
+    except ValidationError as error:
+        arguments.misuse(f"--looks or --noise-sigma-grey is out of range: {first_problem(error)}")
     return SyntheticVolumes(arguments.synthetic, seed, conditions)
+
+
+def _training_settings(checkpoint: Checkpoint) -> TrainingSettings | None:
+    """Return the settings of the training; None where it does not say, or in a way of its own."""
+    said = checkpoint.description.training.settings
+    try:
+        return parse_settings(said, checkpoint.path) if said else None
+    except SettingsError:
+        # Of another version of this program, or of another program: what it finds can be judged all the same.
+        return None
 
 
 def _conditions_in_words(conditions: SceneConditions) -> str:
@@ -119,9 +129,10 @@ def _rule(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SplitRule:
     training = checkpoint.description.training
     shares, seed = arguments.shares, arguments.split_seed
     if shares is None or seed is None:
-        if not training.studies or not training.settings:
+        settings = _training_settings(checkpoint)
+        if not training.studies or settings is None:
             raise UserError(
-                "the checkpoint was not trained on a study, and knows of no split",
+                "the checkpoint does not say that it was trained on a study, and knows of no split",
                 where=arguments.checkpoint,
                 remedy="Take all volumes, or say what split with --shares and --split-seed",
             )
@@ -132,9 +143,8 @@ def _rule(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SplitRule:
                 remedy="Take a study that it was not trained on, or say what split with --shares and "
                 "--split-seed",
             )
-        annotated = parse_settings(training.settings, arguments.checkpoint).annotated
-        shares = annotated.shares if shares is None else shares
-        seed = annotated.split_seed if seed is None else seed
+        shares = settings.annotated.shares if shares is None else shares
+        seed = settings.annotated.split_seed if seed is None else seed
     return split_rule(shares, seed)
 
 

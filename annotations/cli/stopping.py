@@ -26,10 +26,12 @@ def stopping() -> Iterator[Callable[[], bool]]:
         if asked:
             raise KeyboardInterrupt
         asked = True
-        say("stopping after this step; press Ctrl-C again to lose what was learned since the last epoch")
+        say("stopping after this step; asked again, what was learned since the last epoch is lost")
 
-    before = signal.signal(signal.SIGINT, on_signal)
+    # The first is a person's at the terminal; the second a machine's, such as a queue at its time limit.
+    before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield lambda: asked
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

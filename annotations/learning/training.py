@@ -288,7 +288,7 @@ def _in_words(row: Row, part: Part) -> str:
         error, _, statistic = name.rpartition("_")
         if statistic == "mean":
             what, _, unit = error.rpartition("_")
-            said.append(f"{what} {value:.2f}{'°' if unit == 'deg' else ' mm'},")
+            said.append(f"{what} {value:.2f}°," if unit == "deg" else f"{what} {value:.3f} mm,")
     if "share_over_2_mm" in row:
         said.append(f"{row['share_over_2_mm']:.1%} over 2 mm,")
     return " ".join([*said, f"{row['seconds']:.0f} s"])

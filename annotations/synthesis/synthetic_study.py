@@ -22,8 +22,8 @@ from annotations.synthesis.scene import Scene, SceneSeed, random_scene
 from annotations.synthesis.truth import ANNOTATOR, truth_annotation, truth_boxes
 from annotations.synthesis.volume_file import write_volume
 from annotations.volumes import fingerprint, open_volume, write_sidecar
+from annotations.volumes.spacing import OMES_DEPTH_AXIS
 
-_DEPTH_AXIS = 2
 _TRUTH: dict[Method, Callable[[Scene, VolumeReference], Annotation]] = {
     "keypoints": truth_annotation,
     "boxes": truth_boxes,
@@ -94,7 +94,7 @@ def write_study(
             scene = random_scene(tool, SceneSeed(seed, number), grid, conditions=conditions, mesh=mesh)
             path = folder / volume.path
             write_volume(scene, path, _part_of(progress, number, count), cancelled)
-            write_sidecar(path, grid.spacing_um, _DEPTH_AXIS)
+            write_sidecar(path, grid.spacing_um, OMES_DEPTH_AXIS)
             _write_truth(scene, folder, volume, truth_methods)
             volumes.append(volume)
         if not ships(tool):

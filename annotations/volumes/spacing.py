@@ -20,6 +20,9 @@ OMES_SPACING_UM: SpacingUm = (15.9, 13.5, 9.4)
 OMES_REALTIME_SPACING_UM: SpacingUm = (622.0, 13.5, 9.4)
 """Its real-time volume: 28 planes, taken to cover the same workspace."""
 
+OMES_DEPTH_AXIS = 2
+"""Along which its light travels."""
+
 _REALTIME_PLANES = 28
 _SCHEMA = "oct-volume/1"
 _FIELDS = ("schema", "spacing_um", "depth_axis")

@@ -120,8 +120,13 @@ def test_the_tool_is_the_studys(tmp_path: Path, recipe: Path, capsys: pytest.Cap
 
 
 @needs_torch
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
 def test_a_training_that_is_interrupted_goes_on_when_the_command_is_given_again(
-    tmp_path: Path, recipe: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    asked: signal.Signals,
+    tmp_path: Path,
+    recipe: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     from annotations.learning.training import Training
 
@@ -132,7 +137,7 @@ def test_a_training_that_is_interrupted_goes_on_when_the_command_is_given_again(
     def interrupted_step(training: Training, *rest: Any) -> dict[str, float]:
         steps.append(training.progress.step)
         if len(steps) == 3:
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(asked)
         return step(training, *rest)
 
     monkeypatch.setattr(Training, "_step", interrupted_step)
