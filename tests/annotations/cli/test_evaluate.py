@@ -97,6 +97,17 @@ def test_it_needs_no_torch(checkpoint: Path, study: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize("settings", ['lr = "fast"', "made by hand"])
+def test_a_checkpoint_with_settings_of_another_program_is_judged(
+    tmp_path: Path, study: Path, truth_path: Path, capsys: pytest.CaptureFixture[str], settings: str
+) -> None:
+    checkpoint = saved(tmp_path / "c.onnx", truth_path, studies=("a",), settings=settings)
+
+    assert main(["evaluate", str(checkpoint), "--synthetic", "1"]) == 0
+    assert main(["evaluate", str(checkpoint), str(study), "--split", "validation"]) == 1
+    assert "knows of no split" in capsys.readouterr().err
+
+
 def test_a_checkpoint_that_knows_no_split_says_so(
     checkpoint: Path, study: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
