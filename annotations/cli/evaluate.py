@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
         table = evaluate_study(
             Predictor(checkpoint, Runtime(checkpoint)),
             arguments.study,
-            Truth(method=arguments.method, annotator=arguments.annotator),
+            _truth(arguments, checkpoint),
             held_out,
             progress=show_progress,
         )
@@ -121,7 +121,23 @@ def _conditions_in_words(conditions: SceneConditions) -> str:
 def _held_out(arguments: argparse.Namespace, checkpoint: Checkpoint) -> HeldOut | None:
     if arguments.split == "all":
         return None
-    return HeldOut(arguments.split, _rule(arguments, checkpoint))
+    trained_on = frozenset(checkpoint.description.training.training_fingerprints)
+    return HeldOut(arguments.split, _rule(arguments, checkpoint), trained_on)
+
+
+def _truth(arguments: argparse.Namespace, checkpoint: Checkpoint) -> Truth:
+    """Return whose annotations are asked for, else those of the training if it was on this study."""
+    method, annotator = arguments.method, arguments.annotator
+    settings = _training_settings(checkpoint)
+    if settings is not None and _is_of_training(arguments, checkpoint):
+        # With other annotations other volumes would be split.
+        method = settings.annotated.method if method is None else method
+        annotator = settings.annotated.annotator if annotator is None else annotator
+    return Truth(method=method, annotator=annotator)
+
+
+def _is_of_training(arguments: argparse.Namespace, checkpoint: Checkpoint) -> bool:
+    return load_study(arguments.study).title in checkpoint.description.training.studies
 
 
 def _rule(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SplitRule:
@@ -150,11 +166,10 @@ def _rule(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SplitRule:
 
 def _doubt(arguments: argparse.Namespace, checkpoint: Checkpoint) -> str:
     """Say that volumes of the training are among those that it is judged by; empty where they are not."""
-    title = load_study(arguments.study).title
-    if arguments.split != "all" or title not in checkpoint.description.training.studies:
+    if arguments.split != "all" or not _is_of_training(arguments, checkpoint):
         return ""
     return (
-        f"the checkpoint was trained on volumes of {title!r}: the errors of new ones are larger; "
+        "the checkpoint was trained on volumes of this study: the errors of new ones are larger; "
         "--split validation leaves those of the training out"
     )
 

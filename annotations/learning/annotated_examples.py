@@ -134,6 +134,15 @@ def annotated_examples(
         tuple(sampled["validation"]),
         tuple(one.study.title for one in studies),
         hashlib.sha256(described.encode()).hexdigest(),
+        tuple(
+            sorted(
+                {
+                    document.annotation.volume.fingerprint
+                    for (_, document), split in zip(found, splits, strict=True)
+                    if split == "train"
+                }
+            )
+        ),
     )
 
 

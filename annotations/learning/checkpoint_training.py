@@ -14,7 +14,12 @@ from annotations.learning.state_file import write_state
 from annotations.learning.training import Training
 from annotations.learning.training_folder import BEST_FILE
 from annotations.prediction.checkpoint import Checkpoint
-from annotations.prediction.checkpoint_description import CheckpointDescription, ErrorSummary, TrainingSummary
+from annotations.prediction.checkpoint_description import (
+    MOST_FINGERPRINTS,
+    CheckpointDescription,
+    ErrorSummary,
+    TrainingSummary,
+)
 
 
 def train_checkpoint(
@@ -78,6 +83,7 @@ def train_checkpoint(
 
 def _description(training: Training, name: str) -> CheckpointDescription:
     settings, progress = training.settings, training.progress
+    fingerprints = training.annotated.training_fingerprints
     return CheckpointDescription(
         name=name,
         network=settings.network.kind,
@@ -90,6 +96,8 @@ def _description(training: Training, name: str) -> CheckpointDescription:
             synthetic_volumes=progress.synthetic_volumes,
             studies=training.annotated.studies,
             annotated_volumes=len(training.annotated.training),
+            # Some of them would pass for all.
+            training_fingerprints=fingerprints if len(fingerprints) <= MOST_FINGERPRINTS else (),
             epochs=len(progress.rows),
             seconds=round(progress.seconds, 1),
             validation_volumes=progress.validation_volumes,

@@ -41,9 +41,12 @@ class AnnotatedExamples:
         Their titles.
     fingerprint : str
         Of the annotations that they were made from, and their split.
+    training_fingerprints : tuple of str
+        Of the volumes to train on, each once and in ascending order.
     """
 
     training: tuple[Example, ...] = ()
     validation: tuple[Example, ...] = ()
     studies: tuple[str, ...] = ()
     fingerprint: str = ""
+    training_fingerprints: tuple[str, ...] = ()

@@ -15,6 +15,10 @@ SCHEMA: Literal["oct-checkpoint/1"] = "oct-checkpoint/1"
 
 _Count = Annotated[int, Field(ge=0, strict=True)]
 _Text = Annotated[str, Field(max_length=100_000)]
+_Fingerprint = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+MOST_FINGERPRINTS = 10_000
+"""A description that names more volumes would be larger than one may be."""
 
 
 class ErrorSummary(Record):
@@ -35,6 +39,9 @@ class TrainingSummary(Record):
         Titles of the studies whose annotated volumes it was trained on.
     annotated_volumes : int
         How many different ones.
+    training_fingerprints : tuple of str
+        Of these volumes, by which they are known wherever they turn up again; empty where they are more than
+        `MOST_FINGERPRINTS`, and of a checkpoint that does not say.
     epochs : int
     seconds : float
         Wall-clock time of the training, all its parts together.
@@ -48,6 +55,7 @@ class TrainingSummary(Record):
     synthetic_volumes: _Count = 0
     studies: tuple[str, ...] = ()
     annotated_volumes: _Count = 0
+    training_fingerprints: Annotated[tuple[_Fingerprint, ...], Field(max_length=MOST_FINGERPRINTS)] = ()
     epochs: _Count = 0
     seconds: NonNegative = 0.0
     validation_volumes: _Count = 0

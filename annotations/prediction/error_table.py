@@ -136,6 +136,9 @@ class ErrorTable(Record):
     human : HumanFloor or None
         Where the study has several annotators.
     unjudged : tuple of UnjudgedVolume
+    trained_on : int
+        How many volumes more would belong to the part that was judged, and are left out because the network
+        was trained on them.
     """
 
     schema_id: Literal["oct-errors/1"] = Field(default=SCHEMA, alias="schema")
@@ -149,6 +152,7 @@ class ErrorTable(Record):
     missing_share: float | None = None
     human: HumanFloor | None = None
     unjudged: tuple[UnjudgedVolume, ...] = ()
+    trained_on: int = 0
     created: Moment
     program: str = __version__
 

@@ -19,6 +19,7 @@ def error_text(table: ErrorTable) -> str:
         *_shares(table),
         *_grid(["keypoint", f"{_BY_FORMULAS} (µm)", f"{_BY_FIT} (µm)"], _keypoint_rows(table)),
         *(f"  not judged, {each.volume}: {each.reason}" for each in table.unjudged),
+        *_trained_on(table),
     ]
     return "\n".join(lines)
 
@@ -76,6 +77,12 @@ def _shares(table: ErrorTable) -> list[str]:
         ("keypoints out of view", table.out_of_view_share),
     ]
     return [f"  {words}: {share:.1%}" for words, share in said if share is not None]
+
+
+def _trained_on(table: ErrorTable) -> list[str]:
+    if not table.trained_on:
+        return []
+    return [f"  left out: {counted(table.trained_on, 'volume')} that the network was trained on"]
 
 
 def _keypoint_rows(table: ErrorTable) -> list[list[str]]:

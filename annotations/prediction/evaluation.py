@@ -8,6 +8,7 @@ from typing import Literal
 
 from annotations.app_folders import tool_folder
 from annotations.documents.annotation import VolumeReference
+from annotations.documents.record import changed
 from annotations.documents.study import Study, load_study
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.kinematics import keypoints_um
@@ -42,10 +43,15 @@ class HeldOut:
         ``train``, ``validation`` or ``test``.
     rule : SplitRule
         That of the training.
+    trained_on : frozenset of str
+        Fingerprints of volumes that the checkpoint was trained on, as far as it says. They are for ``train``
+        alone, wherever the rule puts them: it is applied to the volumes that are annotated now, which may be
+        others than at the training.
     """
 
     split: SplitName
     rule: SplitRule
+    trained_on: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -98,17 +104,16 @@ def evaluate_study(
     study = load_study(folder)
     tool = find_tool(study.tool, (folder / "tools", tool_folder()))
     documents = _documents(study, folder, tool, truth)
+    trained_on = 0
     if held_out is not None:
-        splits = split_of(
-            [(one.volume.id, one.annotation.volume.fingerprint) for one in documents], held_out.rule
-        )
-        documents = tuple(
-            one for one, split in zip(documents, splits, strict=True) if split == held_out.split
-        )
+        in_part = _part(documents, held_out)
+        documents = _unseen(in_part, held_out)
+        trained_on = len(in_part) - len(documents)
     if not documents:
         part = "" if held_out is None else f" in its part for {held_out.split}"
+        others = f" and is none of the {trained_on} that it was trained on" if trained_on else ""
         raise UserError(
-            f"no volume{part} has an annotation that speaks for it",
+            f"no volume{part} has an annotation that speaks for it{others}",
             where=folder,
             remedy="Finish annotations, make the consensus, or name an annotator (--annotator)",
         )
@@ -124,7 +129,7 @@ def evaluate_study(
             unjudged.append(UnjudgedVolume(volume=document.volume.id, reason=str(error).rstrip(".")))
     table = study_errors(folder, predictions, truth, unjudged=unjudged, cancelled=cancelled)
     progress(1.0)
-    return table
+    return changed(table, trained_on=trained_on)
 
 
 def evaluate_synthetic(
@@ -173,6 +178,19 @@ def _documents(
     choice = Choice(method, truth.annotator, unfinished=truth.unfinished)
     documents, _ = speaking_documents(study, folder, tool, (folder / "tools", tool_folder()), choice)
     return documents
+
+
+def _part(documents: tuple[SpeakingDocument, ...], held_out: HeldOut) -> tuple[SpeakingDocument, ...]:
+    splits = split_of(
+        [(one.volume.id, one.annotation.volume.fingerprint) for one in documents], held_out.rule
+    )
+    return tuple(one for one, split in zip(documents, splits, strict=True) if split == held_out.split)
+
+
+def _unseen(documents: tuple[SpeakingDocument, ...], held_out: HeldOut) -> tuple[SpeakingDocument, ...]:
+    if held_out.split == "train":
+        return documents
+    return tuple(one for one in documents if one.annotation.volume.fingerprint not in held_out.trained_on)
 
 
 def _predict(predictor: Predictor, folder: Path, document: SpeakingDocument) -> Prediction:

@@ -10,7 +10,7 @@ import pytest
 from annotations.cli import main
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
-from annotations.documents.study import load_study
+from annotations.documents.study import annotation_path, load_study
 from annotations.prediction.checkpoint_description import TrainingSummary
 from tests.annotations.prediction.known_keypoints import COARSE, described, heatmaps_of, save_knowing
 
@@ -81,6 +81,50 @@ def test_volumes_of_the_training_can_be_left_out(
         assert (fields["shares"], fields["split_seed"], fields["remark"]) == ([0.5, 0.5, 0.0], 2, "")
         rows += [row["volume"] for row in fields["errors"]["rows"]]
     assert sorted(rows) == ["v001", "v002"]
+
+
+def test_volumes_that_were_trained_on_are_left_out_wherever_the_split_puts_them_now(
+    tmp_path: Path, study: Path, truth_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fingerprints = {
+        name: load_annotation(annotation_path(study, "truth", name, "keypoints"))[0].volume.fingerprint
+        for name in ("v001", "v002")
+    }
+    about = {"studies": (load_study(study).title,), "settings": SETTINGS}
+
+    def judged(split: str, *trained_on: str) -> tuple[list[str], int] | str:
+        path = tmp_path / "c.onnx"
+        path.unlink(missing_ok=True)
+        saved(path, truth_path, training_fingerprints=[fingerprints[name] for name in trained_on], **about)
+        code = main(["evaluate", str(path), str(study), "--split", split, "--json"])
+        told = capsys.readouterr()
+        if code:
+            return told.err
+        errors = json.loads(told.out)["errors"]
+        return [row["volume"] for row in errors["rows"]], errors["trained_on"]
+
+    [held_out], [other] = judged("validation")[0], judged("train")[0]
+
+    assert judged("validation", other) == ([held_out], 0)
+    assert judged("train", other, held_out) == ([other], 0)
+    assert "none of the 1 that it was trained on" in judged("validation", other, held_out)
+    shares = ["--shares", "0", "1", "--split-seed", "1"]
+    path = saved(tmp_path / "d.onnx", truth_path, training_fingerprints=[fingerprints[other]])
+    assert main(["evaluate", str(path), str(study), "--split", "validation", *shares]) == 0
+    assert "left out: 1 volume that the network was trained on" in capsys.readouterr().out
+
+
+def test_the_annotations_are_those_of_the_training_unless_others_are_asked_for(
+    tmp_path: Path, study: Path, truth_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = SETTINGS + 'annotator = "nobody"\n'
+    checkpoint = saved(tmp_path / "c.onnx", truth_path, studies=(load_study(study).title,), settings=settings)
+    elsewhere = saved(tmp_path / "d.onnx", truth_path, studies=("Another",), settings=settings)
+
+    assert main(["evaluate", str(checkpoint), str(study)]) == 1
+    assert "no volume has an annotation" in capsys.readouterr().err
+    assert main(["evaluate", str(checkpoint), str(study), "--annotator", "truth"]) == 0
+    assert main(["evaluate", str(elsewhere), str(study)]) == 0
 
 
 def test_it_needs_no_torch(checkpoint: Path, study: Path) -> None:

@@ -97,6 +97,7 @@ def test_a_study_makes_a_checkpoint(
     training = description.training
     assert (training.studies, training.annotated_volumes, training.synthetic_volumes) == (("Four",), 3, 12)
     assert training.validation_volumes == 1
+    assert len(training.training_fingerprints) == 3
     assert parse_settings(training.settings, "checkpoint").annotated.epochs == 2
     assert [row["part"] for row in log(path)] == ["synthetic"] * 2 + ["annotated"] * 3
 

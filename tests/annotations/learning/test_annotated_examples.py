@@ -50,6 +50,19 @@ def test_volumes_are_sampled_and_keypoints_are_those_of_the_annotations(made: Pa
         np.testing.assert_array_equal(example.samples, samples.astype(np.float16))
 
 
+def test_the_volumes_to_train_on_are_known_by_their_fingerprints(made: Path) -> None:
+    found = annotated_examples(find_studies([made, made]), SAMPLING, USUAL)
+
+    trained_on = {one.keypoints_um.tobytes() for one in found.training}
+    expected = []
+    for volume in load_study(made).volumes:
+        annotation, _ = load_annotation(annotation_path(made, "truth", volume.id, "keypoints"))
+        if np.array([each.position_um for each in annotation.keypoints]).tobytes() in trained_on:
+            expected.append(annotation.volume.fingerprint)
+    assert found.training_fingerprints == tuple(sorted(expected))
+    assert 0 < len(expected) < 5
+
+
 def test_what_a_network_said_and_nobody_touched_is_no_label(folder: Path) -> None:
     path = annotation_path(folder, "truth", "v001", "keypoints")
     document, expected = load_annotation(path)
