@@ -24,7 +24,7 @@ from annotations.learning.objective import objective_of
 from annotations.learning.processor import chosen_device
 from annotations.learning.synthetic_stream import SyntheticSeries
 from annotations.learning.training import Training
-from annotations.learning.validation import FAR_MM, validate
+from annotations.learning.validation import validate
 from annotations.prediction.prediction_errors import error_figures
 from annotations.synthesis.conditions import PLAIN_CONDITIONS
 
@@ -178,10 +178,10 @@ def _trained(
         data.examples.validation,
         row.settings.optimization.batch,
     )
-    far_share, keypoints_mm = None, None
+    keypoints_mm = None
     if errors.keypoints_mm is not None:
         known = errors.keypoints_mm[~np.isnan(errors.keypoints_mm)]
-        far_share, keypoints_mm = float((known > FAR_MM).mean()), error_figures(known, np.isinf(known))
+        keypoints_mm = error_figures(known, np.isinf(known))
     return RowResult(
         key=row.key,
         settings=row.settings.as_toml(),
@@ -193,6 +193,6 @@ def _trained(
         device=device.type,
         targets={name: error_figures(values, np.isnan(values)) for name, values in errors.targets.items()},
         keypoints_mm=keypoints_mm,
-        far_share=far_share,
+        far_share=errors.far_share,
         created=now(),
     )

@@ -12,9 +12,9 @@ from annotations.geometry.tool import ToolSpecification
 from annotations.learning.examples import Example
 from annotations.learning.objective import Found, HeatmapObjective, RegressionObjective
 from annotations.learning.pose_network import PoseNetwork
-from annotations.prediction.prediction_errors import FAR_UM, prediction_errors, target_errors
+from annotations.prediction.prediction_errors import far_share, prediction_errors, target_errors
 
-FAR_MM = FAR_UM / 1000
+_UM_PER_MM = 1000.0
 _MISSED_MM = 10.0
 _MM_PER_DEGREE = 0.1
 """What a degree counts where there are no keypoints to judge by: the published errors come out alike."""
@@ -43,6 +43,11 @@ class ValidationErrors:
         return len(next(iter(self.targets.values()))) if self.targets else 0
 
     @property
+    def far_share(self) -> float | None:
+        """Share of the keypoints that are more than 2 mm off, or not found; None where there are none."""
+        return None if self.keypoints_mm is None else far_share(self.keypoints_mm * _UM_PER_MM)
+
+    @property
     def score(self) -> float:
         """What is to become small: the mean distance of the keypoints in mm, 10 for one that is not found.
 
@@ -66,7 +71,7 @@ class ValidationErrors:
             known = self.keypoints_mm[~np.isnan(self.keypoints_mm)]
             figures["keypoint_mm_mean"] = self.score
             figures["keypoint_mm_median"] = float(np.median(known))
-            figures["share_over_2_mm"] = float((known > FAR_MM).mean())
+            figures["share_over_2_mm"] = np.nan if self.far_share is None else self.far_share
         return figures
 
     def summary(self) -> dict[str, tuple[float, float]]:
@@ -110,7 +115,7 @@ def compare(found: Found, true_um: NDArray[np.float64], tool: ToolSpecification)
     if found.keypoints_um is None:
         return ValidationErrors(targets, None)
     errors = prediction_errors(found.keypoints_um, true_um, tool)
-    distances_mm = np.where(errors.keypoints_missing, np.inf, errors.keypoints_um / 1000)
+    distances_mm = errors.distances_um / _UM_PER_MM
     if found.is_in_range is not None:
         distances_mm[errors.keypoints_missing & ~found.is_in_range] = np.nan
     return ValidationErrors(targets, distances_mm)

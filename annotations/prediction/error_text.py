@@ -71,8 +71,8 @@ def _rows(table: ErrorTable, targets: list[str]) -> list[list[str]]:
 
 def _shares(table: ErrorTable) -> list[str]:
     said = [
-        ("keypoints more than 2 mm off", table.by_formulas.far_share),
-        ("keypoints of the fitted pose more than 2 mm off", table.by_fit.far_share),
+        ("keypoints more than 2 mm off, or not found", table.by_formulas.far_share),
+        ("keypoints of the fitted pose more than 2 mm off, or untold", table.by_fit.far_share),
         ("keypoints that were not found", table.missing_share),
         ("keypoints out of view", table.out_of_view_share),
     ]

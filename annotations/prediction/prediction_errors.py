@@ -49,6 +49,11 @@ class PredictionErrors:
     keypoints_um: Array
     keypoints_missing: NDArray[np.bool_]
 
+    @property
+    def distances_um(self) -> Array:
+        """Distances of the keypoints, shape (V, K): infinite where missing, and NaN where none is wanted."""
+        return np.where(self.keypoints_missing, np.inf, self.keypoints_um)
+
 
 class ErrorFigures(Record):
     """Errors of one kind over volumes, in the unit that the name of what they are errors of ends with.
@@ -83,7 +88,7 @@ class ErrorOverview(Record):
     all_keypoints_um : ErrorFigures
         All of them together.
     far_share : float or None
-        Of the keypoints that truth and prediction have, which share is more than 2 mm off.
+        Of the keypoints that the truth has, which share is more than 2 mm off, or missing.
     """
 
     targets: Mapping[str, ErrorFigures] = {}
@@ -137,7 +142,6 @@ def shown_target(name: str) -> tuple[str, float]:
 
 def summarise(errors: PredictionErrors, tool: ToolSpecification) -> ErrorOverview:
     """Return the figures over volumes."""
-    apart_um = errors.keypoints_um[np.isfinite(errors.keypoints_um)]
     return ErrorOverview(
         targets={
             name: error_figures(values, errors.targets_missing[name])
@@ -148,8 +152,25 @@ def summarise(errors: PredictionErrors, tool: ToolSpecification) -> ErrorOvervie
             for place, name in enumerate(tool.keypoint_names)
         },
         all_keypoints_um=error_figures(errors.keypoints_um, errors.keypoints_missing),
-        far_share=float(np.mean(apart_um > FAR_UM)) if apart_um.size else None,
+        far_share=far_share(errors.distances_um),
     )
+
+
+def far_share(distances_um: Array) -> float | None:
+    """Return which share of keypoints is more than 2 mm off.
+
+    Parameters
+    ----------
+    distances_um : ndarray of float64
+        Infinite for a keypoint that was not found, which is far, and NaN for one that does not count.
+
+    Returns
+    -------
+    float or None
+        None where none counts.
+    """
+    known_um = distances_um[~np.isnan(distances_um)]
+    return float(np.mean(known_um > FAR_UM)) if known_um.size else None
 
 
 def error_figures(values: Array, missing: NDArray[np.bool_]) -> ErrorFigures:

@@ -11,7 +11,7 @@ from annotations.geometry.targets import target_arrays  # noqa: E402
 from annotations.learning.objective import Found, HeatmapObjective  # noqa: E402
 from annotations.learning.validation import compare, validate  # noqa: E402
 from annotations.prediction.heatmaps import encode  # noqa: E402
-from annotations.prediction.prediction_errors import error_figures  # noqa: E402
+from annotations.prediction.prediction_errors import error_figures, prediction_errors, summarise  # noqa: E402
 from tests.annotations.learning.tiny_training import TOOL, examples, tiny_settings  # noqa: E402
 
 SETTINGS = tiny_settings()
@@ -39,7 +39,9 @@ def test_a_keypoint_that_is_not_found_counts_as_far_off() -> None:
     seen[0, 0] = np.nan
     errors = compare(found(seen), TRUE_UM, TOOL)
     assert errors.score == pytest.approx(10 / 18)
-    assert errors.figures()["share_over_2_mm"] == pytest.approx(1 / 18)
+    assert errors.figures()["share_over_2_mm"] == errors.far_share == pytest.approx(1 / 18)
+    overview = summarise(prediction_errors(seen, TRUE_UM, TOOL), TOOL)
+    assert overview.far_share == pytest.approx(errors.far_share)
     assert np.isnan(errors.targets["position_mm"]).tolist() == [True, False, False]
 
 

@@ -12,6 +12,7 @@ from annotations.geometry.targets import pose_targets
 from annotations.geometry.tool_library import shipped_tools
 from annotations.prediction.prediction_errors import (
     error_figures,
+    far_share,
     positions_array_um,
     prediction_errors,
     summarise,
@@ -129,6 +130,17 @@ def test_keypoints_more_than_two_millimetres_off_are_far() -> None:
     noise_um[0, 0, 0], noise_um[0, 1, 0], noise_um[0, 2, 1] = 2001.0, 1999.0, -5500.0
 
     assert summarise(prediction_errors(TRUE + noise_um, TRUE, FORCEPS), FORCEPS).far_share == 2 / 6
+
+
+def test_a_keypoint_that_was_not_found_is_far() -> None:
+    found = positions_array_um([{name: TRUE_UM[name] for name in NAMES[:4]}], FORCEPS)
+
+    assert summarise(prediction_errors(found, TRUE, FORCEPS), FORCEPS).far_share == 2 / 6
+
+
+def test_the_far_are_counted_among_those_that_count() -> None:
+    assert far_share(np.array([[1999.0, 2001.0], [np.inf, np.nan]])) == 2 / 3
+    assert far_share(np.full(3, np.nan)) is None
 
 
 def test_figures_are_the_usual_ones() -> None:
