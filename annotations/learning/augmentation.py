@@ -56,8 +56,7 @@ def augmented(
 def flipped(example: Example, sampling: Sampling, axis: int) -> Example:
     """Return an example in a mirror across an array axis, in the middle of its samples.
 
-    What that does to poses and signed angles is in `annotations.geometry.mirroring`: a tool with an oblique
-    hinge (not `has_mirrored_poses`) becomes another tool.
+    A tool that has no mirrored poses (see `has_mirrored_poses`) becomes another tool.
     """
     ends_um = sampling.axis_um(axis, example.spacing_um)[[0, -1]]
     return replace(

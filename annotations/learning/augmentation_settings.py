@@ -19,7 +19,7 @@ class AugmentationSettings(BaseModel):
     ----------
     flip_axes : tuple of int or None
         Array axes along which half of the examples are flipped; None for the two across the light, because
-        shadows have a direction.
+        shadows have a direction, and for none where a tool in a mirror is another tool.
     shift_voxels : (int, int, int)
         Samples by which an example is shifted at most, either way, along axes 0, 1, 2.
     shift_filling : str

@@ -10,10 +10,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from annotations.errors import UserError
 from annotations.geometry.frames import vector
+from annotations.geometry.mirroring import has_mirrored_poses
 from annotations.geometry.targets import TargetArrays, target_arrays
 from annotations.geometry.tool import ToolSpecification
 from annotations.learning.augmentation import augmented, mixed_samples
+from annotations.learning.augmentation_settings import AugmentationSettings
 from annotations.learning.examples import Example, Samples
 from annotations.learning.heatmap_losses import (
     HeatmapTargets,
@@ -81,12 +84,18 @@ class Objective(ABC, Generic[T]):
     ----------
     network_settings : NetworkSettings
         What gives it.
+
+    Raises
+    ------
+    UserError
+        Examples are to be flipped, and the tool in a mirror is another tool.
     """
 
     network_settings: NetworkSettings
 
     def __init__(self, settings: TrainingSettings, tool: ToolSpecification, device: torch.device) -> None:
         self._settings, self._tool, self._device = settings, tool, device
+        self._augmentation = _fitting(settings.augmentation, tool)
 
     @abstractmethod
     def targets(self, examples: Sequence[Example], weight: NDArray[np.float64]) -> T:
@@ -121,7 +130,7 @@ class Objective(ABC, Generic[T]):
         parts : dict of str to float
             Before they are weighted.
         """
-        how = self._settings.augmentation
+        how = self._augmentation
         varied = [augmented(one, self._settings.sampling, how, rng) for one in examples]
         everyone = np.ones(len(varied))
         if not how.mixup_alpha:
@@ -220,7 +229,20 @@ class RegressionObjective(Objective[ScaledPoses]):
 def objective_of(
     settings: TrainingSettings, tool: ToolSpecification, device: torch.device
 ) -> HeatmapObjective | RegressionObjective:
-    """Return what the network of the settings is asked for; UserError where the tool lacks it."""
+    """Return what the network of the settings is asked for; UserError where they do not fit the tool."""
     if settings.gives_heatmaps:
         return HeatmapObjective(settings, tool, device)
     return RegressionObjective(settings, tool, device)
+
+
+def _fitting(settings: AugmentationSettings, tool: ToolSpecification) -> AugmentationSettings:
+    """Return the settings without flips that would show another tool."""
+    if has_mirrored_poses(tool):
+        return settings
+    if settings.flip_axes:
+        raise UserError(
+            f"in a mirror {tool.name!r} is another tool, because it has an oblique hinge",
+            where="augmentation.flip_axes",
+            remedy="Set it to [], or leave it out",
+        )
+    return settings.model_copy(update={"flip_axes": ()})

@@ -7,7 +7,9 @@ torch = pytest.importorskip("torch")
 
 from torch import Tensor  # noqa: E402
 
+from annotations.errors import UserError  # noqa: E402
 from annotations.geometry.targets import target_arrays  # noqa: E402
+from annotations.geometry.tool import ToolSpecification  # noqa: E402
 from annotations.learning.objective import HeatmapObjective, RegressionObjective, objective_of  # noqa: E402
 from tests.annotations.learning.tiny_training import TOOL, examples, tiny_settings  # noqa: E402
 
@@ -65,6 +67,31 @@ def test_the_loss_of_a_mixture_is_that_of_both_examples_by_their_shares() -> Non
     first = shares[0] * two[0].samples + (1 - shares[0]) * two[1].samples
     inner = network.inputs[0, 0, 1:-1, 1:-1, 1:-1].numpy()
     np.testing.assert_allclose(inner, first / 255, atol=1e-3)
+
+
+def oblique_tool() -> ToolSpecification:
+    fields = TOOL.model_dump(mode="json")
+    fields["joints"][0]["hinge_axis"] = (0.0, 0.6, 0.8)
+    return ToolSpecification.model_validate(fields)
+
+
+def test_a_tool_that_is_another_one_in_a_mirror_is_not_flipped() -> None:
+    settings, one = tiny_settings(), examples(1)
+    for tool, times in ((TOOL, 4), (oblique_tool(), 1)):
+        network, draws, seen = Inputs(heatmaps()[:1]), rng(), set()
+        objective = HeatmapObjective(settings, tool, CPU)
+        for _ in range(60):
+            objective.loss(network, one, draws)
+            seen.add(network.inputs.numpy().tobytes())
+        assert len(seen) == times
+
+
+def test_flips_that_would_show_another_tool_are_refused() -> None:
+    settings = tiny_settings(augmentation={"flip_axes": [1]})
+    with pytest.raises(UserError, match="in a mirror 'magnetic-forceps' is another tool") as error:
+        objective_of(settings, oblique_tool(), CPU)
+    assert error.value.where == "augmentation.flip_axes"
+    objective_of(tiny_settings(augmentation=PLAIN), oblique_tool(), CPU)
 
 
 def test_numbers_say_the_pose_that_they_were_made_of() -> None:
