@@ -37,7 +37,7 @@ class Training:
     tool : ToolSpecification
     annotated : AnnotatedExamples
     network : PoseNetwork
-        With the weights of the last step.
+        With the weights of the last step; after a part of the training, with the best of that.
     network_settings : NetworkSettings
     folder : TrainingFolder
     progress : Progress
@@ -87,11 +87,7 @@ class Training:
         # On a processor the network learns half as fast again with the channels last in memory.
         self.network = channels_last(network.to(self._device))
         self._average = WeightAverage(self.network, settings.optimization.average_decay)
-        self._optimizer = torch.optim.AdamW(
-            self.network.parameters(),
-            lr=settings.optimization.learning_rate,
-            weight_decay=settings.optimization.weight_decay,
-        )
+        self._optimizer = self._new_optimizer()
         self.folder = TrainingFolder(checkpoint, settings, f"{tool.fingerprint} {annotated.fingerprint}")
         self.progress = Progress()
         self.best = self._average.weights()
@@ -131,7 +127,10 @@ class Training:
                 self._finish_epoch(part)
                 self._save()
         progress.begin_next_part()
-        self._average.begin_again()
+        # The next part goes on from the best of this one, as if it had ended there.
+        self.network.load_state_dict(self.best)
+        self._average.begin_again(self.best)
+        self._optimizer = self._new_optimizer()
         self._save(is_last=progress.part == len(self._parts))
         return True
 
@@ -184,6 +183,12 @@ class Training:
         self._optimizer.step()
         self._average.follow(self.network)
         return {"loss": value} | {f"loss_{name}": part for name, part in parts.items()}
+
+    def _new_optimizer(self) -> torch.optim.AdamW:
+        how = self.settings.optimization
+        return torch.optim.AdamW(
+            self.network.parameters(), lr=how.learning_rate, weight_decay=how.weight_decay
+        )
 
     def _output_of(self, inputs: Tensor) -> Tensor:
         with torch.autocast(self._device.type, torch.bfloat16, enabled=self._precision == "bfloat16"):

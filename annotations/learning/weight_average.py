@@ -1,6 +1,7 @@
 """A moving average of a network's weights, which does better than the last ones."""
 
 import copy
+from collections.abc import Mapping
 
 import torch
 from torch import Tensor
@@ -48,8 +49,9 @@ class WeightAverage:
                 else:
                     own[name].copy_(value)
 
-    def begin_again(self) -> None:
-        """Forget soon what is known so far: what comes is about other volumes, and may be few steps long."""
+    def begin_again(self, weights: Mapping[str, Tensor]) -> None:
+        """Begin at other weights, and forget them soon: what comes may be few steps long."""
+        self.network.load_state_dict(weights)
         self.steps = 0
 
     def weights(self) -> dict[str, Tensor]:

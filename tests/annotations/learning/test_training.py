@@ -181,6 +181,34 @@ def test_fine_tuning_keeps_what_was_better_before(tmp_path: Path) -> None:
     assert training.progress.best_errors["position_mm"][0] == pytest.approx(best["position_mm_mean"])
 
 
+def test_fine_tuning_begins_with_the_best_of_what_came_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distances_mm = iter([1.0, 2.0, 3.0, 4.0])
+    judged: list[dict[str, Any]] = []
+
+    def validated(network: Any, *_rest: object) -> ValidationErrors:
+        judged.append({name: value.clone() for name, value in network.named_parameters()})
+        return ValidationErrors({"position_mm": np.ones(1)}, np.array([[next(distances_mm)]]))
+
+    monkeypatch.setattr("annotations.learning.training.validate", validated)
+    settings = tiny_settings(
+        annotated={"epochs": 1, "learning_rate": 1e-9},
+        optimization={"average_decay": 0.0, "learning_rate": 1e-2, "weight_decay": 0.0},
+    )
+    training = Training(settings, TOOL, annotated(3, 2), tmp_path / "c.onnx")
+
+    assert not training.run(StopAfter(5))
+
+    first, last, tuned = judged
+    tuning = dict(training.network.named_parameters())
+    for name, value in first.items():
+        assert torch.equal(tuned[name], value)
+        assert torch.allclose(tuning[name], value, atol=1e-7)
+    assert not all(torch.equal(last[name], value) for name, value in first.items())
+    assert {state["step"].item() for state in training._optimizer.state.values()} == {1}
+
+
 def test_the_log_and_the_curves_lie_beside_the_checkpoint(tmp_path: Path) -> None:
     settings = tiny_settings()
     training = Training(settings, TOOL, annotated(3, 1), tmp_path / "c.onnx")

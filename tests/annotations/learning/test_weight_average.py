@@ -41,16 +41,22 @@ def test_the_first_weights_are_soon_forgotten() -> None:
     assert abs(average) < 0.02
 
 
-def test_once_it_begins_again_what_it_followed_before_is_soon_forgotten() -> None:
+def test_it_begins_again_at_other_weights_and_soon_forgets_them() -> None:
     network = build_network(tiny_settings().network_settings(keypoints=2, outputs=0))
     name, weight = next(iter(network.named_parameters()))
     average = WeightAverage(network, 0.999)
-    for value, steps in ((0.0, 200), (1.0, 5)):
-        average.begin_again()
-        with torch.no_grad():
-            weight.fill_(value)
-        for _ in range(steps):
-            average.follow(network)
+    for _ in range(200):
+        average.follow(network)
+    with torch.no_grad():
+        weight.fill_(0.0)
+
+    average.begin_again(network.state_dict())
+
+    assert not average.weights()[name].any()
+    with torch.no_grad():
+        weight.fill_(1.0)
+    for _ in range(5):
+        average.follow(network)
     assert average.weights()[name].flatten()[0].item() > 0.99
 
 
