@@ -114,8 +114,5 @@ def compare(found: Found, true_um: NDArray[np.float64], tool: ToolSpecification)
     targets, _ = target_errors(found.targets, target_arrays(true_um, tool), tool)
     if found.keypoints_um is None:
         return ValidationErrors(targets, None)
-    errors = prediction_errors(found.keypoints_um, true_um, tool)
-    distances_mm = errors.distances_um / _UM_PER_MM
-    if found.is_in_range is not None:
-        distances_mm[errors.keypoints_missing & ~found.is_in_range] = np.nan
-    return ValidationErrors(targets, distances_mm)
+    errors = prediction_errors(found.keypoints_um, true_um, tool, found.is_in_range)
+    return ValidationErrors(targets, errors.distances_um / _UM_PER_MM)

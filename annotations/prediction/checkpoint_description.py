@@ -3,12 +3,14 @@
 from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from annotations import __version__
 from annotations.documents.record import Moment, Record
 from annotations.geometry.tool import Finite, NonNegative, ToolSpecification
-from annotations.prediction.heatmaps import HeatmapConvention
+from annotations.prediction.heatmaps import HeatmapConvention, in_range
 from annotations.volumes.sampling import Sampling
 
 SCHEMA: Literal["oct-checkpoint/1"] = "oct-checkpoint/1"
@@ -116,6 +118,12 @@ class CheckpointDescription(Record):
     def input_shape(self) -> tuple[int, int, int, int, int]:
         """Shape of the network's input: one volume, one channel, then array axes 0, 1, 2."""
         return (1, 1, *self.sampling.padded_shape)
+
+    def in_range(self, position_um: ArrayLike, volume_spacing_um: ArrayLike) -> NDArray[np.bool_]:
+        """Say which positions in µm in a volume's frame, shape (..., 3), the network can tell; no NaN."""
+        input_shape = self.sampling.padded_shape
+        index_input = self.sampling.to_index(position_um, volume_spacing_um)
+        return in_range(self.heatmaps.to_heatmap(index_input, input_shape), self.output_shape[2:])
 
     @property
     def output_shape(self) -> tuple[int, int, int, int, int]:

@@ -1,6 +1,6 @@
 """The errors of one checkpoint, volume by volume and over all, beside how far people are apart themselves."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -38,12 +38,15 @@ class JudgedPrediction:
         Position in µm of each keypoint that the truth has.
     whose : str
         Annotator who speaks for the volume.
+    out_of_range : frozenset of str
+        Keypoints whose true place is beyond what the checkpoint can tell; none where nobody looked.
     """
 
     volume_id: str
     prediction: Prediction
     truth_um: Mapping[str, Vector]
     whose: str
+    out_of_range: frozenset[str] = frozenset()
 
 
 class HumanFloor(Record):
@@ -80,7 +83,9 @@ class ErrorsOfVolume(Record):
     keypoints_um, keypoints_by_fit_um : mapping of str to float
         Distance of each keypoint.
     missing : tuple of str
-        Keypoints that the truth has, and the prediction has not.
+        Keypoints that the truth has, and the prediction has not, though the checkpoint could tell them.
+    rightly_out_of_range : tuple of str
+        Those that lie where it could not, and that it rightly says to be nowhere.
     out_of_view : tuple of str
         Keypoints that lie outside of the volume.
     presence : float
@@ -98,6 +103,7 @@ class ErrorsOfVolume(Record):
     keypoints_um: Mapping[str, float] = {}
     keypoints_by_fit_um: Mapping[str, float] = {}
     missing: tuple[str, ...] = ()
+    rightly_out_of_range: tuple[str, ...] = ()
     out_of_view: tuple[str, ...] = ()
     presence: float
     residual_um: float | None = None
@@ -132,7 +138,9 @@ class ErrorTable(Record):
     out_of_view_share : float or None
         Of the keypoints that the truth has, which share lies outside of the volume.
     missing_share : float or None
-        Of these, which share the network did not find.
+        Of the keypoints that the truth has, which share the network did not find, and should have.
+    rightly_out_of_range_share : float or None
+        Of these, which share lies beyond the range of the network's input, and it says so.
     human : HumanFloor or None
         Where the study has several annotators.
     unjudged : tuple of UnjudgedVolume
@@ -150,6 +158,7 @@ class ErrorTable(Record):
     by_fit: ErrorOverview = ErrorOverview()
     out_of_view_share: float | None = None
     missing_share: float | None = None
+    rightly_out_of_range_share: float | None = None
     human: HumanFloor | None = None
     unjudged: tuple[UnjudgedVolume, ...] = ()
     trained_on: int = 0
@@ -179,10 +188,17 @@ def error_table(
     fitted_um = positions_array_um(
         [each.prediction.pose.keypoints_um if each.prediction.pose else {} for each in judged], tool
     )
-    by_formulas = prediction_errors(predicted_um, true_um, tool)
-    by_fit = prediction_errors(fitted_um, true_um, tool)
+    is_in_range = np.array(
+        [[name not in each.out_of_range for name in tool.keypoint_names] for each in judged], dtype=bool
+    ).reshape(true_um.shape[:2])
+    by_formulas = prediction_errors(predicted_um, true_um, tool, is_in_range)
+    by_fit = prediction_errors(fitted_um, true_um, tool, is_in_range)
     rows = tuple(_row(each, place, by_formulas, by_fit, tool) for place, each in enumerate(judged))
     known = sum(len(each.truth_um) for each in judged)
+
+    def share(names: Iterable[Sequence[str]]) -> float | None:
+        return sum(map(len, names)) / known if known else None
+
     return ErrorTable(
         title=title,
         tool=tool.name,
@@ -190,8 +206,9 @@ def error_table(
         rows=rows,
         by_formulas=summarise(by_formulas, tool),
         by_fit=summarise(by_fit, tool),
-        out_of_view_share=sum(len(row.out_of_view) for row in rows) / known if known else None,
-        missing_share=sum(len(row.missing) for row in rows) / known if known else None,
+        out_of_view_share=share(row.out_of_view for row in rows),
+        missing_share=share(row.missing for row in rows),
+        rightly_out_of_range_share=share(row.rightly_out_of_range for row in rows),
         human=human,
         unjudged=tuple(unjudged),
         created=now(),
@@ -227,7 +244,6 @@ def _row(
     tool: ToolSpecification,
 ) -> ErrorsOfVolume:
     prediction, names = judged.prediction, tool.keypoint_names
-    is_missing = by_formulas.keypoints_missing[place]
     return ErrorsOfVolume(
         volume=judged.volume_id,
         whose=judged.whose,
@@ -235,7 +251,8 @@ def _row(
         targets_by_fit=_known({name: values[place] for name, values in by_fit.targets.items()}),
         keypoints_um=_known(dict(zip(names, by_formulas.keypoints_um[place], strict=True))),
         keypoints_by_fit_um=_known(dict(zip(names, by_fit.keypoints_um[place], strict=True))),
-        missing=tuple(name for name, each in zip(names, is_missing, strict=True) if each),
+        missing=_chosen(names, by_formulas.keypoints_missing[place]),
+        rightly_out_of_range=_chosen(names, by_formulas.keypoints_rightly_absent[place]),
         out_of_view=tuple(
             name
             for name in names
@@ -245,6 +262,10 @@ def _row(
         residual_um=None if prediction.pose is None else prediction.pose.rms_um,
         left_out=() if prediction.pose is None else prediction.pose.left_out,
     )
+
+
+def _chosen(names: Sequence[str], is_chosen: NDArray[np.bool_]) -> tuple[str, ...]:
+    return tuple(name for name, each in zip(names, is_chosen, strict=True) if each)
 
 
 def _known(values: Mapping[str, float]) -> dict[str, float]:

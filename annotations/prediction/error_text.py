@@ -76,6 +76,8 @@ def _shares(table: ErrorTable) -> list[str]:
         ("keypoints that were not found", table.missing_share),
         ("keypoints out of view", table.out_of_view_share),
     ]
+    if table.rightly_out_of_range_share:
+        said.append(("keypoints rightly said to be out of range", table.rightly_out_of_range_share))
     return [f"  {words}: {share:.1%}" for words, share in said if share is not None]
 
 

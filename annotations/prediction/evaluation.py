@@ -21,7 +21,7 @@ from annotations.prediction.predicted_pose import fit_prediction
 from annotations.prediction.prediction import Prediction, prediction_of
 from annotations.prediction.prediction_file import study_prediction_path
 from annotations.prediction.predictor import Predictor
-from annotations.prediction.study_errors import Truth, study_errors
+from annotations.prediction.study_errors import Truth, out_of_range, study_errors
 from annotations.prediction.volume_prediction import predict_volume, reference_to_checkpoint
 from annotations.synthesis.conditions import TRAINING_CONDITIONS, SceneConditions
 from annotations.synthesis.network_volume import network_volume
@@ -127,7 +127,8 @@ def evaluate_study(
             predictions[document.volume.id] = _predict(predictor, folder, document)
         except UserError as error:
             unjudged.append(UnjudgedVolume(volume=document.volume.id, reason=str(error).rstrip(".")))
-    table = study_errors(folder, predictions, truth, unjudged=unjudged, cancelled=cancelled)
+    description = predictor.checkpoint.description
+    table = study_errors(folder, predictions, truth, description, unjudged=unjudged, cancelled=cancelled)
     progress(1.0)
     return changed(table, trained_on=trained_on)
 
@@ -154,17 +155,20 @@ def evaluate_synthetic(
     UserError
         The tool has no links, or does not fit into the workspace.
     """
-    tool = predictor.checkpoint.description.tool
+    description = predictor.checkpoint.description
+    tool = description.tool
     judged = []
     for number in range(volumes.count):
         progress(number / volumes.count)
         scene = random_scene(tool, SceneSeed(volumes.seed, number), conditions=volumes.conditions)
+        truth_um = keypoints_um(scene.pose, tool)
         judged.append(
             JudgedPrediction(
                 f"s{number + 1:05}",
                 _predict_scene(predictor, scene),
-                keypoints_um(scene.pose, tool),
+                truth_um,
                 _TRUTH,
+                out_of_range(description, truth_um, scene.grid.spacing_um),
             )
         )
     progress(1.0)

@@ -41,13 +41,17 @@ class PredictionErrors:
     keypoints_um : ndarray of float64, shape (V, K)
         In the tool's order; NaN where the prediction or the truth lacks the keypoint.
     keypoints_missing : ndarray of bool, shape (V, K)
-        Where the truth has the keypoint and the prediction has not.
+        Where the truth has the keypoint and the prediction has not, though it should.
+    keypoints_rightly_absent : ndarray of bool, shape (V, K)
+        Where neither has it within the range of the network's input, and the truth has it beyond. The targets
+        that are made of it are missing all the same.
     """
 
     targets: Mapping[str, Array]
     targets_missing: Mapping[str, NDArray[np.bool_]]
     keypoints_um: Array
     keypoints_missing: NDArray[np.bool_]
+    keypoints_rightly_absent: NDArray[np.bool_]
 
     @property
     def distances_um(self) -> Array:
@@ -104,17 +108,30 @@ def positions_array_um(positions_um: Sequence[Mapping[str, Vector]], tool: ToolS
     return np.array(rows, dtype=np.float64).reshape(len(rows), len(tool.keypoint_names), 3)
 
 
-def prediction_errors(predicted_um: Array, true_um: Array, tool: ToolSpecification) -> PredictionErrors:
+def prediction_errors(
+    predicted_um: Array,
+    true_um: Array,
+    tool: ToolSpecification,
+    is_in_range: NDArray[np.bool_] | None = None,
+) -> PredictionErrors:
     """Return the errors of predicted keypoints against the truth.
 
     Parameters
     ----------
     predicted_um, true_um : ndarray of float64, shape (V, K, 3)
         In µm and the tool's order of keypoints; NaN for those that have no position.
+    is_in_range : ndarray of bool, shape (V, K), optional
+        Whether the true place is one that the network can tell; by default all are.
     """
+    is_absent = _is_missing(predicted_um, true_um)
+    is_wanted = np.ones_like(is_absent) if is_in_range is None else is_in_range
     targets, missing = target_errors(target_arrays(predicted_um, tool), target_arrays(true_um, tool), tool)
     return PredictionErrors(
-        targets, missing, lengths(predicted_um - true_um), _is_missing(predicted_um, true_um)
+        targets,
+        missing,
+        lengths(predicted_um - true_um),
+        is_absent & is_wanted,
+        is_absent & ~is_wanted,
     )
 
 

@@ -18,6 +18,7 @@ from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
 from annotations.interchange.speaking_documents import Choice, SpeakingDocument, speaking_documents
+from annotations.prediction.checkpoint_description import CheckpointDescription
 from annotations.prediction.error_table import (
     ErrorTable,
     HumanFloor,
@@ -104,6 +105,7 @@ def study_errors(
     folder: Path,
     predictions: Mapping[str, Prediction],
     truth: Truth | None = None,
+    checkpoint: CheckpointDescription | None = None,
     *,
     unjudged: Sequence[UnjudgedVolume] = (),
     progress: Callable[[float], None] = lambda _share: None,
@@ -121,6 +123,8 @@ def study_errors(
     predictions : mapping of str to Prediction
         Of one checkpoint, by the volume's id.
     truth : Truth, optional
+    checkpoint : CheckpointDescription, optional
+        Tells which keypoints it cannot tell, since they lie beyond its range; else it should have found all.
     unjudged : sequence of UnjudgedVolume
         Volumes of which the table is to say why they have no prediction.
     progress, cancelled : callable
@@ -152,9 +156,12 @@ def study_errors(
         if reason := _why_not(prediction, document, tool):
             refused.append(UnjudgedVolume(volume=volume_id, reason=reason))
         else:
-            judged.append(
-                JudgedPrediction(volume_id, prediction, true_positions_um(document), document.annotator)
+            truth_um = true_positions_um(document)
+            spacing_um = prediction.volume.spacing_um
+            beyond = (
+                frozenset[str]() if checkpoint is None else out_of_range(checkpoint, truth_um, spacing_um)
             )
+            judged.append(JudgedPrediction(volume_id, prediction, truth_um, document.annotator, beyond))
     spoken = {document.volume.id for document in documents}
     silent = {one.volume_id: one.reason for one in left_out if one.volume_id not in spoken}
     refused += [
@@ -164,6 +171,17 @@ def study_errors(
     ]
     human = study_human_floor(folder, method, lambda share: progress((1 + share) / 2), cancelled)
     return error_table(judged, tool, title=study.title, human=human, unjudged=refused)
+
+
+def out_of_range(
+    checkpoint: CheckpointDescription, truth_um: Mapping[str, Vector], volume_spacing_um: Vector
+) -> frozenset[str]:
+    """Return the keypoints at positions in µm that a checkpoint cannot tell: they are beyond its range."""
+    return frozenset(
+        name
+        for name, position_um in truth_um.items()
+        if not checkpoint.in_range(position_um, volume_spacing_um)
+    )
 
 
 def true_positions_um(document: SpeakingDocument) -> Mapping[str, Vector]:

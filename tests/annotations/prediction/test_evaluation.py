@@ -11,11 +11,13 @@ from annotations.documents.study import annotation_path
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.kinematics import keypoints_um
 from annotations.interchange.split import SplitRule
+from annotations.prediction.error_text import error_text
 from annotations.prediction.evaluation import HeldOut, SyntheticVolumes, evaluate_study, evaluate_synthetic
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.study_errors import Truth
 from annotations.synthesis import PLAIN_CONDITIONS, SceneConditions, SceneSeed, random_scene, write_study
 from annotations.volumes import write_sidecar
+from annotations.volumes.sampling import OMES_SAMPLING
 from tests.annotations.prediction.known_keypoints import (
     COARSE,
     FORCEPS,
@@ -140,6 +142,26 @@ def test_synthetic_volumes_are_judged_by_their_truth() -> None:
     assert min(position_mm[0], position_mm[2]) > 0.1
     assert table.rows[1].targets_by_fit["theta1_deg"] < 0.5
     assert table.out_of_view_share == 0
+
+
+def test_a_keypoint_beyond_the_range_is_rightly_seen_nowhere() -> None:
+    beside = SceneConditions(out_of_view_probability=1.0, largest_out_of_view_share=0.6)
+    # Without a margin the network can tell nothing that lies beside the volume.
+    narrow = OMES_SAMPLING.model_copy(update={"shape": (32, 160, 96), "padding_before": (0,) * 3})
+    description = described(narrow.model_copy(update={"padding_after": (0,) * 3}))
+    nothing = KnowingNetwork(heatmaps_of(description, {}, (1.0, 1.0, 1.0)))
+
+    table = evaluate_synthetic(Predictor(checkpoint(description), nothing), SyntheticVolumes(3, 7, beside))
+
+    assert table.out_of_view_share is not None
+    assert table.rightly_out_of_range_share is not None
+    assert table.missing_share is not None
+    assert 0 < table.rightly_out_of_range_share < 1
+    assert table.missing_share == pytest.approx(1 - table.rightly_out_of_range_share)
+    for row in table.rows:
+        assert set(row.missing) | set(row.rightly_out_of_range) == set(FORCEPS.keypoint_names)
+    said = f"rightly said to be out of range: {table.rightly_out_of_range_share:.1%}"
+    assert said in error_text(table)
 
 
 def test_another_seed_makes_other_volumes_and_the_same_one_the_same() -> None:

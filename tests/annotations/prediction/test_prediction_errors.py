@@ -138,6 +138,22 @@ def test_a_keypoint_that_was_not_found_is_far() -> None:
     assert summarise(prediction_errors(found, TRUE, FORCEPS), FORCEPS).far_share == 2 / 6
 
 
+def test_what_is_rightly_said_to_be_out_of_range_is_neither_missing_nor_far() -> None:
+    found = positions_array_um([{name: TRUE_UM[name] for name in NAMES[:4]}], FORCEPS)
+    found[0, 0] += 3000.0
+    # The first one is seen all the same, and the last but one should have been.
+    is_in_range = np.array([[False, True, True, True, True, False]])
+
+    errors = prediction_errors(found, TRUE, FORCEPS, is_in_range)
+    overview = summarise(errors, FORCEPS)
+
+    assert errors.keypoints_missing[0].tolist() == [False] * 4 + [True, False]
+    assert errors.keypoints_rightly_absent[0].tolist() == [False] * 5 + [True]
+    assert overview.all_keypoints_um.missing == 1
+    assert overview.far_share == 2 / 5
+    assert overview.targets["theta2_deg"].missing == 1
+
+
 def test_the_far_are_counted_among_those_that_count() -> None:
     assert far_share(np.array([[1999.0, 2001.0], [np.inf, np.nan]])) == 2 / 3
     assert far_share(np.full(3, np.nan)) is None

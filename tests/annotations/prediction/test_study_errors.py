@@ -18,7 +18,7 @@ from annotations.prediction.error_text import error_text
 from annotations.prediction.prediction_file import save_prediction, study_prediction_path
 from annotations.prediction.study_errors import Truth, kept_predictions, study_errors, study_human_floor
 from annotations.synthesis import write_study
-from tests.annotations.prediction.known_keypoints import FORCEPS
+from tests.annotations.prediction.known_keypoints import FORCEPS, described
 from tests.annotations.prediction.made_predictions import CHECKPOINT, TRUE_UM, VOLUME, made_prediction
 
 IDS = ("v1", "v2", "v3")
@@ -101,6 +101,24 @@ def test_a_blunder_is_seen_by_the_fit(folder: Path) -> None:
     assert row.targets_by_fit["orientation_deg"] < 0.1
     assert row.keypoints_um["k1"] == pytest.approx(math.hypot(4000, 4000))
     assert row.keypoints_by_fit_um["k1"] < 10
+
+
+def test_a_keypoint_beyond_the_range_is_not_missing(folder: Path) -> None:
+    far_um = (TRUE_UM["k5"][0], TRUE_UM["k5"][1], 30_000.0)
+    document = place_keypoint(annotate(folder, "anna", "v1"), "k5", far_um, "clicked")
+    path = annotation_path(folder, "anna", "v1", "keypoints")
+    save_annotation(document, path, expected="", overwrite=True)
+    seen_um = {name: TRUE_UM[name] for name in ("k0", "k1", "k2", "k3")}
+    predictions = {"v1": made_prediction(seen_um, reference("v1"))}
+
+    table = study_errors(folder, predictions, checkpoint=described())
+
+    [row] = table.rows
+    assert (row.missing, row.rightly_out_of_range) == (("k4",), ("k5",))
+    assert (table.missing_share, table.rightly_out_of_range_share) == (1 / 6, 1 / 6)
+    assert table.by_formulas.far_share == 1 / 5
+    [row] = study_errors(folder, predictions).rows
+    assert (row.missing, row.rightly_out_of_range) == (("k4", "k5"), ())
 
 
 def test_the_human_floor_stands_beside(folder: Path) -> None:
