@@ -37,7 +37,7 @@ class Training:
     tool : ToolSpecification
     annotated : AnnotatedExamples
     network : PoseNetwork
-        With the weights of the last step; after a part of the training, with the best of that.
+        With the weights of the last step; each part begins with the best of the one before.
     network_settings : NetworkSettings
     folder : TrainingFolder
     progress : Progress
@@ -127,11 +127,13 @@ class Training:
                 self._finish_epoch(part)
                 self._save()
         progress.begin_next_part()
-        # The next part goes on from the best of this one, as if it had ended there.
-        self.network.load_state_dict(self.best)
-        self._average.begin_again(self.best)
-        self._optimizer = self._new_optimizer()
-        self._save(is_last=progress.part == len(self._parts))
+        is_last = progress.part == len(self._parts)
+        if not is_last:
+            # The next part goes on from the best of this one, as if it had ended there.
+            self.network.load_state_dict(self.best)
+            self._average.begin_again(self.best)
+            self._optimizer = self._new_optimizer()
+        self._save(is_last)
         return True
 
     def _run_epoch(self, part: Part, stream: SyntheticStream, stopped: Callable[[], bool]) -> bool:

@@ -209,6 +209,25 @@ def test_fine_tuning_begins_with_the_best_of_what_came_before(
     assert {state["step"].item() for state in training._optimizer.state.values()} == {1}
 
 
+def test_the_network_ends_with_its_last_weights_whatever_the_best_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distances_mm = iter([1.0, 2.0])
+
+    def validated(*_arguments: object) -> ValidationErrors:
+        return ValidationErrors({"position_mm": np.ones(1)}, np.array([[next(distances_mm)]]))
+
+    monkeypatch.setattr("annotations.learning.training.validate", validated)
+    settings = tiny_settings(optimization={"average_decay": 0.0})
+    training = Training(settings, TOOL, NOTHING, tmp_path / "c.onnx")
+
+    assert training.run()
+
+    assert any(
+        not torch.equal(value, training.best[name]) for name, value in training.network.named_parameters()
+    )
+
+
 def test_the_log_and_the_curves_lie_beside_the_checkpoint(tmp_path: Path) -> None:
     settings = tiny_settings()
     training = Training(settings, TOOL, annotated(3, 1), tmp_path / "c.onnx")
