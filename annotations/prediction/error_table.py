@@ -142,7 +142,7 @@ class ErrorTable(Record):
     rightly_out_of_range_share : float or None
         Of these, which share lies beyond the range of the network's input, and it says so.
     human : HumanFloor or None
-        Where the study has several annotators.
+        Where volumes that were judged have several annotators.
     unjudged : tuple of UnjudgedVolume
     trained_on : int
         How many volumes more would belong to the part that was judged, and are left out because the network

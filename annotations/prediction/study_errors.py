@@ -1,6 +1,6 @@
 """What a checkpoint predicted in a study against what its people say, and against how far they are apart."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -169,7 +169,13 @@ def study_errors(
         for volume_id, reason in silent.items()
         if volume_id in predictions
     ]
-    human = study_human_floor(folder, method, lambda share: progress((1 + share) / 2), cancelled)
+    human = study_human_floor(
+        folder,
+        method,
+        {each.volume_id for each in judged},
+        progress=lambda share: progress((1 + share) / 2),
+        cancelled=cancelled,
+    )
     return error_table(judged, tool, title=study.title, human=human, unjudged=refused)
 
 
@@ -196,10 +202,22 @@ def true_positions_um(document: SpeakingDocument) -> Mapping[str, Vector]:
 def study_human_floor(
     folder: Path,
     method: Method,
+    volumes: Container[str] | None = None,
+    *,
     progress: Callable[[float], None] = lambda _share: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> HumanFloor | None:
     """Return how far the annotators of a study are apart; None where no volume has two of them.
+
+    Parameters
+    ----------
+    folder : Path
+        The study's.
+    method : str
+    volumes : container of str, optional
+        Ids of the volumes that count, such as those that a checkpoint is judged by; by default all.
+    progress, cancelled : callable
+        Told the share that is done; asked now and then whether to stop.
 
     Raises
     ------
@@ -212,11 +230,13 @@ def study_human_floor(
     passes = material.passes.get(method)
     if not passes or material.tool is None:
         return None
+    names = passes[0].volumes
+    chosen = [place for place, name in enumerate(names) if volumes is None or name in volumes]
     apart = {}
     for name, measured in measured_targets(passes[0], material.tool).items():
         shown, unit = shown_target(name)
-        apart[shown] = deviations(measured).published / unit
-    return human_floor(method, passes[0].volumes, apart)
+        apart[shown] = deviations(measured).published[chosen] / unit
+    return human_floor(method, [names[place] for place in chosen], apart)
 
 
 def _usual_method(study: Study) -> Method:

@@ -137,6 +137,22 @@ def test_the_human_floor_stands_beside(folder: Path) -> None:
     assert table.human == study_human_floor(folder, "keypoints")
 
 
+def test_the_human_floor_is_that_of_the_volumes_that_are_judged(folder: Path) -> None:
+    for number, each in enumerate(IDS):
+        annotate(folder, "ben", each, (0.0, 100.0 * (1 + number), 0.0))
+    predict(folder, "v2")
+
+    human = table_of(folder, Truth(annotator="anna")).human
+
+    assert human is not None
+    assert set(human.volumes) == {"v2"}
+    assert human.targets["position_mm"].mean == pytest.approx(0.1)
+    everyone = study_human_floor(folder, "keypoints")
+    assert everyone is not None
+    assert set(everyone.volumes) == set(IDS)
+    assert study_human_floor(folder, "keypoints", ()) is None
+
+
 def test_volumes_that_cannot_be_judged_say_why(folder: Path) -> None:
     annotate(folder, "ben", "v1", (0.0, 100.0, 0.0))
     annotate(folder, "anna", "v2", done=False)
