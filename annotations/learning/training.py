@@ -1,6 +1,7 @@
 """The training of a network, on synthetic volumes first and then on annotated ones; it can be interrupted."""
 
 import math
+import re
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -23,6 +24,8 @@ from annotations.learning.validation import validate
 from annotations.learning.weight_average import WeightAverage
 
 _SAY_EVERY_S = 60.0
+_NO_MEMORY = re.compile("can't allocate memory|ALLOC_FAILED")
+"""How torch says it of the processor, and of libraries on the graphics card."""
 
 
 class Training:
@@ -103,8 +106,8 @@ class Training:
         Raises
         ------
         UserError
-            The loss is no number any more, or synthetic volumes cannot be made; SaveError where the state
-            cannot be saved.
+            The loss is no number any more, a step has too many volumes or too few, or synthetic volumes
+            cannot be made; SaveError where the state cannot be saved.
         """
         self.folder.begin()
         while self.progress.part < len(self._parts):
@@ -172,6 +175,21 @@ class Training:
             group["lr"] = learning_rate
         self._optimizer.zero_grad(set_to_none=True)
         rng = np.random.Generator(np.random.SFC64(drawn))
+        try:
+            value, parts = self._gradients(examples, rng)
+        except (RuntimeError, ValueError) as error:
+            if refusal := _batch_refusal(error, len(examples)):
+                raise refusal from error
+            raise
+        torch.nn.utils.clip_grad_norm_(self.network.parameters(), settings.largest_gradient)
+        self._optimizer.step()
+        self._average.follow(self.network)
+        return {"loss": value} | {f"loss_{name}": part for name, part in parts.items()}
+
+    def _gradients(
+        self, examples: Sequence[Example], rng: np.random.Generator
+    ) -> tuple[float, dict[str, float]]:
+        """Leave the gradients of the loss of some examples with the weights; returns it and its parts."""
         loss, parts = self._objective.loss(self._output_of, examples, rng)
         value = loss.item()
         if not math.isfinite(value):
@@ -181,10 +199,7 @@ class Training:
                 remedy="Begin again (--restart) with a smaller optimization.learning_rate",
             )
         loss.backward()  # type: ignore[no-untyped-call]
-        torch.nn.utils.clip_grad_norm_(self.network.parameters(), settings.largest_gradient)
-        self._optimizer.step()
-        self._average.follow(self.network)
-        return {"loss": value} | {f"loss_{name}": part for name, part in parts.items()}
+        return value, parts
 
     def _new_optimizer(self) -> torch.optim.AdamW:
         how = self.settings.optimization
@@ -285,6 +300,23 @@ class Training:
             ) from error
         self.progress, self._average.steps = saved.progress, saved.average_steps
         self._say(f"going on from {self.folder.path}, after {self.progress.seconds:.0f} s of training")
+
+
+def _batch_refusal(error: Exception, batch: int) -> UserError | None:
+    """Return what to say where a step has too many volumes or too few, and None of any other error."""
+    if "more than 1 value per channel" in str(error):
+        return UserError(
+            "a step has one volume, of which the network leaves one value a channel, and that has no spread",
+            where="optimization.batch",
+            remedy="Choose a batch of which an epoch does not leave one volume over, or take more samples",
+        )
+    if isinstance(error, torch.OutOfMemoryError) or _NO_MEMORY.search(str(error)):
+        return UserError(
+            f"the memory does not hold a step of {batch} volumes",
+            where="optimization.batch",
+            remedy="Begin again (--restart) with a smaller one, or with a smaller network.width",
+        )
+    return None
 
 
 def _in_words(row: Row, part: Part) -> str:

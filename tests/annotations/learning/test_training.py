@@ -1,6 +1,7 @@
 """The loop: a network learns, and an interruption leaves no trace."""
 
 import csv
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -271,6 +272,50 @@ def test_a_loss_that_is_no_number_ends_the_training(tmp_path: Path) -> None:
     settings = tiny_settings(synthetic={"volumes": 0}, augmentation={"flip_axes": []})
     with pytest.raises(UserError, match="come apart"):
         Training(settings, TOOL, data, tmp_path / "c.onnx").run()
+
+
+def test_one_volume_of_which_one_value_is_left_asks_for_another_batch(tmp_path: Path) -> None:
+    settings = tiny_settings(
+        network={"kind": "resnext3d", "width": 0.125}, synthetic={"volumes": 0}, optimization={"batch": 2}
+    )
+    training = Training(settings, TOOL, annotated(3), tmp_path / "c.onnx")
+    with pytest.raises(UserError, match="has no spread") as error:
+        training.run()
+    assert error.value.where == "optimization.batch"
+
+
+def out_of_memory(_objective: object) -> None:
+    raise torch.OutOfMemoryError("CUDA out of memory. Tried to allocate 2.00 GiB.")
+
+
+def out_of_main_memory(_objective: object) -> None:
+    torch.empty(1 << 50)
+
+
+def another_error(_objective: object) -> None:
+    raise RuntimeError("mat1 and mat2 shapes cannot be multiplied")
+
+
+@pytest.mark.parametrize(
+    ("fail", "expected", "said"),
+    [
+        (out_of_memory, UserError, "does not hold a step of 3 volumes"),
+        (out_of_main_memory, UserError, "does not hold a step of 3 volumes"),
+        (another_error, RuntimeError, "mat1 and mat2"),
+    ],
+)
+def test_a_step_that_the_memory_does_not_hold_asks_for_a_smaller_batch(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    fail: Callable[[object], None],
+    expected: type[Exception],
+    said: str,
+) -> None:
+    settings = tiny_settings(synthetic={"volumes": 0})
+    training = Training(settings, TOOL, annotated(3), tmp_path / "c.onnx")
+    monkeypatch.setattr(training, "_output_of", fail)
+    with pytest.raises(expected, match=said):
+        training.run()
 
 
 def test_a_reduction_that_is_not_the_networks_is_refused(tmp_path: Path) -> None:
