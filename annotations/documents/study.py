@@ -170,6 +170,11 @@ class Study(Record):
                     raise ValueError(f"assignments name {method!r}, which is not among the study's methods")
         return self
 
+    @property
+    def usual_method(self) -> Method:
+        """By which method its annotations are taken where nobody says: keypoints if it has them."""
+        return "keypoints" if "keypoints" in self.methods else self.methods[0]
+
     def methods_of(self, annotator: str) -> tuple[Method, ...]:
         """Return by which methods somebody works; a person whom the study does not know, by all of them."""
         return self.assignments.get(annotator, self.methods)

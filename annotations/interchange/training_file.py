@@ -6,7 +6,7 @@ from pathlib import Path
 
 from annotations.app_folders import tool_folder
 from annotations.documents.record import Method, now
-from annotations.documents.study import Study, load_study
+from annotations.documents.study import load_study
 from annotations.durable_files import replace_durably
 from annotations.errors import UserError
 from annotations.geometry.tool_library import find_tool
@@ -125,7 +125,7 @@ def export_targets(
     study = load_study(folder)
     tool_folders = (folder / "tools", tool_folder())
     tool = find_tool(study.tool, tool_folders)
-    method = wanted.method if wanted.method is not None else _usual_method(study)
+    method = wanted.method if wanted.method is not None else study.usual_method
     choice = Choice(method, wanted.annotator, wanted.every_annotation, wanted.include_unfinished)
     documents, left_out = speaking_documents(study, folder, tool, tool_folders, choice, progress, cancelled)
     if not documents:
@@ -186,10 +186,6 @@ def _format(output: Path, overwrite: bool) -> Callable[..., bytes]:
                 remedy="Choose another name",
             )
     return content_of
-
-
-def _usual_method(study: Study) -> Method:
-    return "keypoints" if "keypoints" in study.methods else study.methods[0]
 
 
 def _empty_splits(volumes: Mapping[str, int], rule: SplitRule) -> Iterator[str]:

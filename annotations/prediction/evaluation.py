@@ -9,12 +9,11 @@ from typing import Literal
 from annotations.app_folders import tool_folder
 from annotations.documents.annotation import VolumeReference
 from annotations.documents.record import changed
-from annotations.documents.study import Study, load_study
+from annotations.documents.study import load_study
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.kinematics import keypoints_um
-from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
-from annotations.interchange.speaking_documents import Choice, SpeakingDocument, speaking_documents
+from annotations.interchange.speaking_documents import SpeakingDocument, speaking_documents
 from annotations.interchange.split import SplitRule, split_of
 from annotations.prediction.error_table import ErrorTable, JudgedPrediction, UnjudgedVolume, error_table
 from annotations.prediction.predicted_pose import fit_prediction
@@ -102,8 +101,10 @@ def evaluate_study(
         `cancelled` returned true.
     """
     study = load_study(folder)
-    tool = find_tool(study.tool, (folder / "tools", tool_folder()))
-    documents = _documents(study, folder, tool, truth)
+    folders = (folder / "tools", tool_folder())
+    documents, _ = speaking_documents(
+        study, folder, find_tool(study.tool, folders), folders, truth.choice(study)
+    )
     trained_on = 0
     if held_out is not None:
         in_part = _part(documents, held_out)
@@ -173,15 +174,6 @@ def evaluate_synthetic(
         )
     progress(1.0)
     return error_table(judged, tool, title=f"synthetic volumes, seed {volumes.seed}")
-
-
-def _documents(
-    study: Study, folder: Path, tool: ToolSpecification, truth: Truth
-) -> tuple[SpeakingDocument, ...]:
-    method = truth.method or ("keypoints" if "keypoints" in study.methods else study.methods[0])
-    choice = Choice(method, truth.annotator, unfinished=truth.unfinished)
-    documents, _ = speaking_documents(study, folder, tool, (folder / "tools", tool_folder()), choice)
-    return documents
 
 
 def _part(documents: tuple[SpeakingDocument, ...], held_out: HeldOut) -> tuple[SpeakingDocument, ...]:

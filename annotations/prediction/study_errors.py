@@ -52,6 +52,11 @@ class Truth:
     annotator: str | None = None
     unfinished: bool = False
 
+    def choice(self, study: Study) -> Choice:
+        """Return which of a study's annotations these are."""
+        method = study.usual_method if self.method is None else self.method
+        return Choice(method, self.annotator, unfinished=self.unfinished)
+
 
 def kept_predictions(
     folder: Path, checkpoint_name: str, checkpoint_sha256: str | None = None
@@ -141,8 +146,7 @@ def study_errors(
     study = load_study(folder)
     folders = (folder / "tools", tool_folder())
     tool = find_tool(study.tool, folders)
-    method = wanted.method if wanted.method is not None else _usual_method(study)
-    choice = Choice(method, wanted.annotator, unfinished=wanted.unfinished)
+    choice = wanted.choice(study)
     documents, left_out = speaking_documents(
         study, folder, tool, folders, choice, lambda share: progress(share / 2), cancelled
     )
@@ -171,7 +175,7 @@ def study_errors(
     ]
     human = study_human_floor(
         folder,
-        method,
+        choice.method,
         {each.volume_id for each in judged},
         progress=lambda share: progress((1 + share) / 2),
         cancelled=cancelled,
@@ -237,10 +241,6 @@ def study_human_floor(
         shown, unit = shown_target(name)
         apart[shown] = deviations(measured).published[chosen] / unit
     return human_floor(method, [names[place] for place in chosen], apart)
-
-
-def _usual_method(study: Study) -> Method:
-    return "keypoints" if "keypoints" in study.methods else study.methods[0]
 
 
 def _why_not(prediction: Prediction, document: SpeakingDocument, tool: ToolSpecification) -> str:

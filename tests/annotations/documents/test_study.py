@@ -260,6 +260,14 @@ def test_of_the_viewing_rules_only_the_unusual_ones_are_written(tmp_path: Path) 
     assert fields["viewing"] == {"may_look": True}
 
 
+@pytest.mark.parametrize(
+    ("methods", "usual"),
+    [(("keypoints",), "keypoints"), (("boxes",), "boxes"), (("boxes", "keypoints"), "keypoints")],
+)
+def test_keypoints_are_taken_where_a_study_has_them(methods: Any, usual: str) -> None:
+    assert Study(title="", tool="needle", methods=methods).usual_method == usual
+
+
 def test_who_is_not_assigned_works_by_all_methods(tmp_path: Path) -> None:
     study = load_study(write(tmp_path, SOUND.replace('"ben"]', '"ben"]\nassignments = { ben = ["boxes"] }')))
     assert study.methods_of("anna") == ("keypoints", "boxes")
