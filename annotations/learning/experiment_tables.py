@@ -14,7 +14,7 @@ from annotations.documents.files import document_bytes
 from annotations.durable_files import replace_durably
 from annotations.learning.experiment_results import DataDescription, RowResult
 from annotations.learning.experiments import Experiment, ExperimentRow, ExperimentSize
-from annotations.prediction.error_text import column_title, mean_and_deviation
+from annotations.prediction.error_text import column_title, decimals_of, mean_and_deviation
 from annotations.prediction.prediction_errors import ErrorFigures
 
 SCHEMA = "oct-experiment/1"
@@ -196,7 +196,7 @@ def _heatmaps(row: ExperimentRow) -> str:
 
 
 def _cell(figures: ErrorFigures | None, name: str) -> str:
-    said = mean_and_deviation(figures, _decimals(name))
+    said = mean_and_deviation(figures, decimals_of(name))
     missing = 0 if figures is None else figures.missing
     # What is not found has no error: a mean over the rest alone would look too good.
     return f"{said}, not found in {missing} of {missing + figures.n}" if figures and missing else said
@@ -205,11 +205,7 @@ def _cell(figures: ErrorFigures | None, name: str) -> str:
 def _published(pair: tuple[float, float] | None, name: str) -> str:
     if pair is None:
         return NOTHING
-    return f"*{pair[0]:.{_decimals(name)}f} ± {pair[1]:.{_decimals(name)}f}*"
-
-
-def _decimals(name: str) -> int:
-    return 2 if name.endswith("_mm") else 1
+    return f"*{pair[0]:.{decimals_of(name)}f} ± {pair[1]:.{decimals_of(name)}f}*"
 
 
 def _markdown(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:

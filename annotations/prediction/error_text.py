@@ -33,6 +33,11 @@ def column_title(name: str) -> str:
     return f"{label[:1].lower()}{label[1:]} ({unit})"
 
 
+def decimals_of(name: str) -> int:
+    """Return how many decimals a target's figures have: 2 of millimetres, else 1."""
+    return 2 if name.endswith("_mm") else 1
+
+
 def mean_and_deviation(figures: ErrorFigures | None, decimals: int) -> str:
     """Return ``mean ± standard deviation``."""
     if figures is None or figures.mean is None:
@@ -53,18 +58,18 @@ def _rows(table: ErrorTable, targets: list[str]) -> list[list[str]]:
         _BY_FIT: table.by_fit.targets,
     }
     rows = [
-        [way, *(mean_and_deviation(of_way.get(name), _decimals(name)) for name in targets)]
+        [way, *(mean_and_deviation(of_way.get(name), decimals_of(name)) for name in targets)]
         for way, of_way in by_way.items()
     ]
     for way, of_way in by_way.items():
         figures = [of_way[name] for name in targets]
-        medians = [_median(each, _decimals(name)) for name, each in zip(targets, figures, strict=True)]
+        medians = [_median(each, decimals_of(name)) for name, each in zip(targets, figures, strict=True)]
         rows.append([f"{way}, median / 95 %", *medians])
         if any(each.missing for each in figures):
             rows.append([f"{way}, not found in", *(counted(each.missing, "volume") for each in figures)])
     if table.human is not None:
         of_people = table.human.targets
-        cells = [mean_and_deviation(of_people.get(name), _decimals(name) + 1) for name in targets]
+        cells = [mean_and_deviation(of_people.get(name), decimals_of(name) + 1) for name in targets]
         rows.append([f"annotators by {table.human.method}, from the mean of all", *cells])
     return rows
 
@@ -96,10 +101,6 @@ def _keypoint_rows(table: ErrorTable) -> list[list[str]]:
         ]
         for name, figures in table.by_formulas.keypoints_um.items()
     ]
-
-
-def _decimals(name: str) -> int:
-    return 2 if name.endswith("_mm") else 1
 
 
 def _grid(titles: list[str], rows: list[list[str]]) -> list[str]:
