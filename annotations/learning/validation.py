@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from annotations.geometry.targets import target_arrays
 from annotations.geometry.tool import ToolSpecification
 from annotations.learning.examples import Example
+from annotations.learning.loss_settings import MM_PER_DEGREE
 from annotations.learning.objective import Found, HeatmapObjective, RegressionObjective
 from annotations.learning.pose_network import PoseNetwork
 from annotations.prediction.prediction_errors import far_share, prediction_errors, target_errors
 
 _UM_PER_MM = 1000.0
 _MISSED_MM = 10.0
-_MM_PER_DEGREE = 0.1
-"""What a degree counts where there are no keypoints to judge by: the published errors come out alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +55,7 @@ class ValidationErrors:
         if self.keypoints_mm is not None:
             return float(np.nanmean(np.minimum(self.keypoints_mm, _MISSED_MM)))
         return sum(
-            mean * (_MM_PER_DEGREE if name.endswith("_deg") else 1.0)
+            mean * (MM_PER_DEGREE if name.endswith("_deg") else 1.0)
             for name, (mean, _) in self.summary().items()
         )
 

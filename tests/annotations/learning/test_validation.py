@@ -8,8 +8,9 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from annotations.geometry.targets import target_arrays  # noqa: E402
+from annotations.learning.loss_settings import LossSettings  # noqa: E402
 from annotations.learning.objective import Found, HeatmapObjective  # noqa: E402
-from annotations.learning.validation import compare, validate  # noqa: E402
+from annotations.learning.validation import ValidationErrors, compare, validate  # noqa: E402
 from annotations.prediction.heatmaps import encode  # noqa: E402
 from annotations.prediction.prediction_errors import error_figures, prediction_errors, summarise  # noqa: E402
 from tests.annotations.learning.tiny_training import TOOL, examples, tiny_settings  # noqa: E402
@@ -32,6 +33,13 @@ def test_a_tool_that_is_moved_is_off_by_that_much_and_not_turned() -> None:
     assert figures["share_over_2_mm"] == 1.0
     assert figures["position_mm_mean"] == pytest.approx(5.0)
     assert errors.summary()["position_mm"] == pytest.approx((5.0, 0.0))
+
+
+def test_without_keypoints_a_degree_counts_as_in_the_loss() -> None:
+    targets = {"position_mm": np.array([0.2, 0.4]), "theta1_deg": np.array([3.0, 5.0])}
+    errors = ValidationErrors(targets, None)
+    assert errors.score == pytest.approx(0.3 + 4.0 * LossSettings().mm_per_degree)
+    assert errors.far_share is None
 
 
 def test_a_keypoint_that_is_not_found_counts_as_far_off() -> None:
