@@ -97,13 +97,7 @@ class KeypointAnnotation(Record):
 
     @model_validator(mode="after")
     def _check_position(self) -> Self:
-        if (self.state == "unplaced") != (self.position_um is None):
-            raise ValueError(
-                f"keypoint {self.name!r} is {self.state} "
-                + ("but has a position_um" if self.state == "unplaced" else "but has no position_um")
-            )
-        if (self.position_um is None) != (self.source is None):
-            raise ValueError(f"keypoint {self.name!r} needs a source if, and only if, it has a position_um")
+        check_position(self.name, self.state, self.position_um, self.source)
         _check_adoption(self)
         return self
 
@@ -167,6 +161,17 @@ class BoxAnnotation(Record):
     def anchor_um(self) -> Vector | None:
         """Where to look for it, in µm: its centre; None where it is unplaced."""
         return self.center_um
+
+
+def check_position(name: str, state: State, position_um: Vector | None, source: str | None) -> None:
+    """Raise a ValueError if a keypoint lacks what its state needs, or has too much, for a validator."""
+    if (state == "unplaced") != (position_um is None):
+        raise ValueError(
+            f"keypoint {name!r} is {state} "
+            + ("but has a position_um" if state == "unplaced" else "but has no position_um")
+        )
+    if (position_um is None) != (source is None):
+        raise ValueError(f"keypoint {name!r} needs a source if, and only if, it has a position_um")
 
 
 def _check_adoption(part: "KeypointAnnotation | BoxAnnotation") -> None:

@@ -9,6 +9,7 @@ from annotations import __version__
 from annotations.documents.annotation import (
     PositionUm,
     VolumeReference,
+    check_position,
     check_tool_copy,
     refuse_repeats,
 )
@@ -87,13 +88,7 @@ class PredictedKeypoint(Record):
 
     @model_validator(mode="after")
     def _check_position(self) -> Self:
-        if (self.state == "unplaced") != (self.position_um is None):
-            raise ValueError(
-                f"keypoint {self.name!r} is {self.state} "
-                + ("but has a position_um" if self.state == "unplaced" else "but has no position_um")
-            )
-        if (self.position_um is None) != (self.source is None):
-            raise ValueError(f"keypoint {self.name!r} needs a source if, and only if, it has a position_um")
+        check_position(self.name, self.state, self.position_um, self.source)
         return self
 
 
