@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     Commands = argparse._SubParsersAction[argparse.ArgumentParser]  # noqa: SLF001 - it has no other name
 
+USUAL_TOOL = "magnetic-forceps"
+"""Where nothing says the tool."""
+
 
 def new_command(
     commands: "Commands",

@@ -4,6 +4,7 @@ import argparse
 import os
 
 from annotations.app_folders import tool_folder
+from annotations.cli.arguments import USUAL_TOOL
 from annotations.cli.learning_extra import require_torch
 from annotations.cli.output import write_text
 from annotations.cli.stopping import STOPPED, say, stopping
@@ -13,7 +14,6 @@ from annotations.learning.annotated_examples import find_studies
 from annotations.learning.experiments import EXPERIMENT_SIZES, experiment, resized
 from annotations.learning.settings import AnnotatedSettings
 
-_USUAL_TOOL = "magnetic-forceps"
 _FULL = "full"
 
 
@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     torch.set_num_threads(arguments.threads or os.cpu_count() or 1)
     studies = find_studies(arguments.studies)
-    tool = studies[0].tool if studies else find_tool(arguments.tool or _USUAL_TOOL, (tool_folder(),))
+    tool = studies[0].tool if studies else find_tool(arguments.tool or USUAL_TOOL, (tool_folder(),))
     size = resized(EXPERIMENT_SIZES[arguments.size], arguments.volumes, arguments.epochs)
     if arguments.size == _FULL and not torch.cuda.is_available():
         say("size 'full' without a graphics card takes weeks; --size small takes hours")

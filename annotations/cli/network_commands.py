@@ -1,14 +1,16 @@
 """The arguments of the commands about synthetic volumes, networks and predictions."""
 
+import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from annotations.cli.arguments import amount, at_least, length, new_command, share
+from annotations.cli.arguments import USUAL_TOOL, amount, at_least, length, new_command, share
 
 if TYPE_CHECKING:
     from annotations.cli.arguments import Commands
 
 _CHECKPOINT_HELP = "a checkpoint (.onnx), or the name of one that ships, such as magnetic-forceps"
+_TOOL_HELP = f"the tool, where no study says it ({USUAL_TOOL})"
 
 
 def add_network_commands(commands: "Commands") -> None:
@@ -54,7 +56,7 @@ def _add_synthesize(commands: "Commands") -> None:
     )
     synthesize.add_argument(
         "--tool",
-        default="magnetic-forceps",
+        default=USUAL_TOOL,
         metavar="NAME",
         help="a tool specification that ships or is in your tool folder (%(default)s)",
     )
@@ -100,6 +102,14 @@ def _add_synthesize(commands: "Commands") -> None:
     )
 
 
+def _add_whose(command: argparse.ArgumentParser, usually: str) -> None:
+    """Add the options that say which annotations speak for a study's volumes."""
+    command.add_argument(
+        "--annotator", metavar="NAME", help="whose annotations (the consensus, or the only one who is done)"
+    )
+    command.add_argument("--method", choices=["keypoints", "boxes"], help=f"which annotations ({usually})")
+
+
 def _add_train(commands: "Commands") -> None:
     train = new_command(
         commands,
@@ -118,7 +128,7 @@ def _add_train(commands: "Commands") -> None:
     train.add_argument(
         "--config", type=Path, metavar="FILE", help="settings (.toml) in place of the usual ones"
     )
-    train.add_argument("--tool", metavar="NAME", help="the tool, where no study says it (magnetic-forceps)")
+    train.add_argument("--tool", metavar="NAME", help=_TOOL_HELP)
     train.add_argument(
         "--restart", action="store_true", help="begin again, and replace what an earlier training left"
     )
@@ -154,13 +164,10 @@ def _add_evaluate(commands: "Commands") -> None:
         metavar="OUT",
         help="everything as one JSON object, printed, or written to a file",
     )
-    evaluate.add_argument(
-        "--annotator", metavar="NAME", help="whose annotations (the consensus, or the only one who is done)"
-    )
-    evaluate.add_argument(
-        "--method",
-        choices=["keypoints", "boxes"],
-        help="which annotations (those that the study asks for by default, keypoints where it asks for both)",
+    _add_whose(
+        evaluate,
+        usually="those of the checkpoint's training if it was on this study, else those that the study asks "
+        "for, keypoints where it asks for both",
     )
     evaluate.add_argument(
         "--split",
@@ -236,18 +243,9 @@ def _add_experiment(commands: "Commands") -> None:
     experiment.add_argument(
         "--seed", type=at_least(0), default=0, metavar="S", help="of weights, order and split (%(default)s)"
     )
-    experiment.add_argument(
-        "--annotator", metavar="NAME", help="whose annotations speak for the studies' volumes"
-    )
-    experiment.add_argument(
-        "--method",
-        choices=["keypoints", "boxes"],
-        default="keypoints",
-        help="which annotations (%(default)s)",
-    )
-    experiment.add_argument(
-        "--tool", metavar="NAME", help="the tool, where no study says it (magnetic-forceps)"
-    )
+    _add_whose(experiment, usually="keypoints")
+    experiment.set_defaults(method="keypoints")
+    experiment.add_argument("--tool", metavar="NAME", help=_TOOL_HELP)
     experiment.add_argument("--threads", type=at_least(1), metavar="N", help="of the arithmetic")
 
 

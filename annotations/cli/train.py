@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from annotations.app_folders import tool_folder
+from annotations.cli.arguments import USUAL_TOOL
 from annotations.cli.learning_extra import require_torch
 from annotations.cli.output import write_text
 from annotations.cli.stopping import STOPPED, say, stopping
@@ -16,8 +17,6 @@ from annotations.learning.settings import TrainingSettings, read_settings
 
 if TYPE_CHECKING:
     from annotations.learning.annotated_examples import FoundStudy
-
-_USUAL_TOOL = "magnetic-forceps"
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -67,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _tool(name: str | None, studies: Sequence["FoundStudy"]) -> ToolSpecification:
     if not studies:
-        return find_tool(name or _USUAL_TOOL, (tool_folder(),))
+        return find_tool(name or USUAL_TOOL, (tool_folder(),))
     tool = studies[0].tool
     if name not in (None, tool.name):
         raise UserError(

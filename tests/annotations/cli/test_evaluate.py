@@ -127,6 +127,15 @@ def test_the_annotations_are_those_of_the_training_unless_others_are_asked_for(
     assert main(["evaluate", str(elsewhere), str(study)]) == 0
 
 
+def test_commands_that_take_annotations_say_whose_alike(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("evaluate", "experiment"):
+        with pytest.raises(SystemExit):
+            main([command, "--help"])
+        told = " ".join(capsys.readouterr().out.split())
+        assert "--annotator NAME whose annotations (the consensus, or the only one who is done)" in told
+        assert "--method {keypoints,boxes} which annotations (" in told
+
+
 def test_it_needs_no_torch(checkpoint: Path, study: Path) -> None:
     # None in sys.modules makes Python refuse the import, as if the package were not installed.
     script = "import sys; sys.modules['torch'] = None\nfrom annotations.cli import main; sys.exit(main())"
