@@ -15,6 +15,8 @@ from annotations.synthesis.scene import Scene
 from annotations.volumes.sampling import Sampling, depth_cells, sampled_voxels
 
 _NOTHING = Surface(np.array([np.inf]), np.zeros(1))
+_GLOW_SIGMAS = 6.0
+"""How far above a surface, in its axial spread, its power is 78 dB less and nothing beside the noise."""
 
 
 def network_volume(scene: Scene, sampling: Sampling) -> NDArray[np.float32]:
@@ -67,9 +69,10 @@ def _means(
 ) -> NDArray[np.float32]:
     """Return drawn means of the voxels of each cell, shape (n, cells), for columns of shape (n,)."""
     noise = scanner.noise.moments()
-    counts = np.diff(cells)
-    depths = scanner.depths(grid.axis_um(2))
-    middles = _middles(depths, cells)
+    # As in a sampled volume, an empty cell shows the voxel where the next one begins.
+    counts = np.maximum(np.diff(cells), 1)
+    depths = scanner.depths(grid.axis_um(2)[: cells[-1]])
+    middles = _middles(depths, cells[:-1], counts)
     normal = _normal_quantiles().take(bits, mode="clip")
     struck = np.flatnonzero(np.isfinite(surface.depth_um))
     normal_below = normal[struck]
@@ -79,12 +82,14 @@ def _means(
     cell = np.searchsorted(cells, seen.depth_um / grid.spacing_um[2], side="right")[:, None] - 1
     # Above the surface all is as in a free column, far below it there is nothing left but noise.
     level = np.where(np.arange(len(counts)) < cell, free, np.float32(scanner.noise_grey))
-    lit = _span(cell, len(counts), 0, math.ceil(scanner.reach_um / (counts[0] * grid.spacing_um[2])))
+    cell_um = counts[0] * grid.spacing_um[2]
+    lit = _span(cell, len(counts), 0, math.ceil(scanner.reach_um / cell_um))
     level[lit] = scanner.mean_grey(seen, grid, middles[lit[1]])
     moments = noise.of(level)
-    # Around the surface each voxel counts.
-    near = _span(cell, len(counts), -1, 1)
-    voxels = np.minimum(cells[near[1]][..., None] + np.arange(counts.max()), grid.shape[2] - 1)
+    # Around the surface each voxel counts, as far above it as it glows.
+    glow = math.ceil(_GLOW_SIGMAS * max(scanner.axial_sigma_um, grid.spacing_um[2] / 2) / cell_um)
+    near = _span(cell, len(counts), -glow, 1)
+    voxels = np.minimum(cells[near[1]][..., None] + np.arange(counts.max()), cells[-1] - 1)
     close = depths[voxels.reshape(len(struck), math.prod(voxels.shape[1:]))]
     around = noise.of(scanner.mean_grey(seen, grid, close))
     moments.mean[near] = around.mean.reshape(voxels.shape).mean(axis=2)
@@ -105,11 +110,10 @@ def _span(
     return np.arange(len(cell))[:, None], columns
 
 
-def _middles(depths: Depths, cells: NDArray[np.intp]) -> Depths:
+def _middles(depths: Depths, begins: NDArray[np.intp], counts: NDArray[np.intp]) -> Depths:
     """Return the middle of each cell, with the mean in decibels of what is left of the light in it."""
-    counts = np.diff(cells)
-    z_um = np.add.reduceat(depths.z_um, cells[:-1]) / counts
-    through = np.exp(np.add.reduceat(np.log(depths.through), cells[:-1]) / counts)
+    z_um = np.add.reduceat(depths.z_um, begins) / counts
+    through = np.exp(np.add.reduceat(np.log(depths.through), begins) / counts)
     return Depths(z_um.astype(np.float32), through.astype(np.float32))
 
 

@@ -136,6 +136,27 @@ def test_samples_lie_where_those_of_a_volume_lie(tmp_path: Path, sampling: Sampl
     assert full.max() - full.min() > 100
 
 
+@pytest.mark.parametrize(
+    ("count", "spacing_um"), [(600, 9.31), (40, 14 * 9.4)], ids=["cells without a voxel", "half the depth"]
+)
+def test_depths_that_no_published_sampling_has_are_seen_like_those_of_a_volume(
+    tmp_path: Path, count: int, spacing_um: float
+) -> None:
+    grid = Grid.over_workspace((12, 60, FULL_SHAPE[2]))
+    scene = random_scene(FORCEPS, SceneSeed(8), grid, replace(Scanner(), looks=1e4))
+    sampling = Sampling(shape=(12, 60, count), spacing_um=(*grid.spacing_um[:2], spacing_um))
+    write_volume(scene, tmp_path / "v.npy")
+    with open_volume(tmp_path / "v.npy") as volume:
+        full = sample_volume(volume, grid.spacing_um, sampling)
+
+    made = network_volume(scene, sampling)
+
+    assert np.isfinite(made).all()
+    assert np.abs(made - full).max() < 5
+    # Of a single voxel the noise that is left is seen, and that it is whole.
+    assert np.mean(np.abs(made - full) > 2) < 0.01
+
+
 def test_full_and_real_time_volumes_are_seen_alike() -> None:
     full, live = (
         network_volume(random_scene(FORCEPS, SceneSeed(5), Grid.over_workspace(shape)), OMES_SAMPLING)
