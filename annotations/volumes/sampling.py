@@ -74,15 +74,6 @@ class Sampling(BaseModel):
         )
         return (first, second, third)
 
-    @property
-    def origin_um(self) -> NDArray[np.float64]:
-        """Position in µm of the input's voxel (0, 0, 0), padding included, in a volume of very fine voxels.
-
-        Where depth is averaged, a sample lies in the middle of its voxels, and that depends on how many there
-        are; `origin_in_um` says it exactly for a volume.
-        """
-        return self.origin_in_um((0.0, 0.0, 0.0))
-
     def origin_in_um(self, volume_spacing_um: ArrayLike) -> NDArray[np.float64]:
         """Return the position in µm of the input's voxel (0, 0, 0), padding included, shape (3,).
 
