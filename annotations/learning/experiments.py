@@ -129,11 +129,6 @@ class ExperimentRow:
         """The published result of the same."""
         return PUBLISHED_RESULTS.get(self.key)
 
-    @property
-    def is_pretrained(self) -> bool:
-        """Whether it begins with synthetic volumes."""
-        return bool(self.settings.synthetic.volumes)
-
 
 @dataclass(frozen=True)
 class Experiment:

@@ -41,11 +41,6 @@ class StageTimes:
     network_s: float
     decoding_s: float
 
-    @property
-    def total_s(self) -> float:
-        """All three together."""
-        return self.sampling_s + self.network_s + self.decoding_s
-
 
 @dataclass(frozen=True, eq=False)
 class PredictedKeypoints:

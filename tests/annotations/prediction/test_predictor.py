@@ -90,7 +90,6 @@ def test_the_stages_are_timed() -> None:
     assert times.sampling_s == 0
     assert times.network_s > 0
     assert times.decoding_s > 0
-    assert times.total_s == times.network_s + times.decoding_s
 
 
 def test_the_spread_of_a_sure_network_is_what_it_was_taught() -> None:
