@@ -1,4 +1,4 @@
-"""How much of a tool lies beside the volume, and poses with a chosen share of it there."""
+"""Poses with a chosen share of the tool beside the volume."""
 
 import math
 from dataclasses import replace
@@ -15,11 +15,6 @@ Array = NDArray[np.float64]
 
 _HALVINGS = 25
 """To within 2 nm."""
-
-
-def share_out_of_view(pose: ToolPose, tool: ToolSpecification, grid: Grid) -> float:
-    """Return the share of the length of the links' axes that lies outside a volume's voxels."""
-    return _Axes(pose, tool, grid).share_outside(np.zeros(3))
 
 
 def moved_out_of_view(

@@ -8,9 +8,9 @@ from annotations.geometry.body import link_bodies
 from annotations.geometry.tool_library import shipped_tools
 from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIONS, SceneConditions
 from annotations.synthesis.grid import Grid
-from annotations.synthesis.out_of_view import share_out_of_view
 from annotations.synthesis.scanner import Scanner
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
+from tests.annotations.synthesis.counted_share import share_out_of_view
 
 FORCEPS = shipped_tools()["magnetic-forceps"]
 
@@ -69,7 +69,7 @@ def test_the_chosen_share_of_the_scenes_has_up_to_the_chosen_share_of_the_tool_o
     shares = np.array([share_out_of_view(scene.pose, FORCEPS, Grid()) for scene in scenes(conditions, 100)])
 
     assert 0.35 < np.mean(shares > 0) < 0.65
-    assert 0.25 < shares.max() <= 0.3 + 1e-6
+    assert 0.25 < shares.max() <= 0.3 + 1e-3
     assert np.median(shares[shares > 0]) == pytest.approx(0.15, abs=0.06)
 
 
