@@ -22,8 +22,9 @@ from annotations.prediction.prediction_file import study_prediction_path
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.study_errors import Truth, out_of_range, study_errors
 from annotations.prediction.volume_prediction import predict_volume, reference_to_checkpoint
-from annotations.synthesis.conditions import TRAINING_CONDITIONS, SceneConditions
+from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIONS, SceneConditions
 from annotations.synthesis.network_volume import network_volume
+from annotations.synthesis.scanner import Scanner
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
 from annotations.volumes import open_volume
 
@@ -68,6 +69,22 @@ class SyntheticVolumes:
     count: int
     seed: int
     conditions: SceneConditions = TRAINING_CONDITIONS
+
+    @property
+    def title(self) -> str:
+        """What they are, so that a figure can be quoted: the conditions, speckle and noise, and the seed."""
+        speckle = {"looks": self.conditions.looks, "noise_sigma_grey": self.conditions.noise_sigma_grey}
+        kinds = {"plain": PLAIN_CONDITIONS, "training": TRAINING_CONDITIONS}
+        kind = next(
+            (name for name, usual in kinds.items() if usual.model_copy(update=speckle) == self.conditions),
+            "other",
+        )
+        scanner = Scanner()
+        looks = _range_in_words(self.conditions.looks, scanner.looks)
+        noise = _range_in_words(self.conditions.noise_sigma_grey, scanner.noise_sigma_grey)
+        return (
+            f"synthetic volumes, {kind} conditions, looks {looks}, noise sigma {noise} grey, seed {self.seed}"
+        )
 
 
 def evaluate_study(
@@ -173,7 +190,12 @@ def evaluate_synthetic(
             )
         )
     progress(1.0)
-    return error_table(judged, tool, title=f"synthetic volumes, seed {volumes.seed}")
+    return error_table(judged, tool, title=volumes.title)
+
+
+def _range_in_words(drawn: tuple[float, float] | None, else_always: float) -> str:
+    least, greatest = (else_always, else_always) if drawn is None else drawn
+    return f"{least:g}" if least == greatest else f"{least:g}–{greatest:g}"
 
 
 def _part(documents: tuple[SpeakingDocument, ...], held_out: HeldOut) -> tuple[SpeakingDocument, ...]:

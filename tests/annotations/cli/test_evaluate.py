@@ -202,6 +202,7 @@ def test_synthetic_volumes_are_made_under_the_conditions_that_are_asked_for(
     assert fields["synthetic"]["conditions"]["clutter"] == [0, 0]
     assert len(fields["errors"]["rows"]) == 2
     assert "looks 1–1" in fields["remark"]
+    assert fields["errors"]["title"].endswith("plain conditions, looks 1, noise sigma 8 grey, seed 9")
     assert np.isfinite(fields["errors"]["by_formulas"]["targets"]["position_mm"]["mean"])
 
 

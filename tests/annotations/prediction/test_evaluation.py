@@ -15,7 +15,14 @@ from annotations.prediction.error_text import error_text
 from annotations.prediction.evaluation import HeldOut, SyntheticVolumes, evaluate_study, evaluate_synthetic
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.study_errors import Truth
-from annotations.synthesis import PLAIN_CONDITIONS, SceneConditions, SceneSeed, random_scene, write_study
+from annotations.synthesis import (
+    PLAIN_CONDITIONS,
+    TRAINING_CONDITIONS,
+    SceneConditions,
+    SceneSeed,
+    random_scene,
+    write_study,
+)
 from annotations.volumes import write_sidecar
 from annotations.volumes.sampling import OMES_SAMPLING
 from tests.annotations.prediction.known_keypoints import (
@@ -162,6 +169,23 @@ def test_a_keypoint_beyond_the_range_is_rightly_seen_nowhere() -> None:
         assert set(row.missing) | set(row.rightly_out_of_range) == set(FORCEPS.keypoint_names)
     said = f"rightly said to be out of range: {table.rightly_out_of_range_share:.1%}"
     assert said in error_text(table)
+
+
+@pytest.mark.parametrize(
+    ("conditions", "said"),
+    [
+        (PLAIN_CONDITIONS, "plain conditions, looks 2, noise sigma 0 grey"),
+        (TRAINING_CONDITIONS, "training conditions, looks 1.5–4, noise sigma 0–6 grey"),
+        (
+            TRAINING_CONDITIONS.model_copy(update={"noise_sigma_grey": (8.0, 8.0)}),
+            "training conditions, looks 1.5–4, noise sigma 8 grey",
+        ),
+        (SceneConditions(clutter=(1, 1)), "other conditions, looks 2, noise sigma 0 grey"),
+    ],
+    ids=["plain", "training", "noisy", "other"],
+)
+def test_synthetic_volumes_say_how_they_were_made(conditions: SceneConditions, said: str) -> None:
+    assert SyntheticVolumes(3, 7, conditions).title == f"synthetic volumes, {said}, seed 7"
 
 
 def test_another_seed_makes_other_volumes_and_the_same_one_the_same() -> None:
