@@ -56,8 +56,7 @@ def heatmap_targets(
     Parameters
     ----------
     index_heatmap : array_like, shape (n, K, 3)
-        Keypoints in heatmap voxels. NaN for those of which nothing is known, infinite for those that are only
-        known to be out of view.
+        Keypoints in heatmap voxels, wherever they lie. NaN for those of which nothing is known.
     shape : (int, int, int)
         The heatmap's.
     convention : HeatmapConvention

@@ -35,7 +35,7 @@ VOXEL_MM = torch.tensor([1.2, 0.4, 0.25])
 ALL = LossSettings(heatmap=0.3, coordinate=1.0, pose=0.5)
 FORCEPS = shipped_tools()["magnetic-forceps"]
 
-OUT = (np.inf,) * 3
+OUT = (1e3,) * 3
 UNKNOWN = (np.nan,) * 3
 
 
