@@ -14,9 +14,6 @@ PY := $(BIN)/python
 
 # A comma would end the argument of a call.
 comma := ,
-# Where the tests are that are skipped without the extra 'train', which brings torch.
-TRAIN_TESTS := tests/annotations/learning $(addprefix tests/annotations/cli/test_, train.py checkpoint.py) \
-	tests/annotator/session/test_checkpoints.py
 
 # $(call set_up,EXTRAS) keeps a sound environment, and installs only when pyproject.toml is newer than the
 # last installation. Plain recipes instead of file targets, because make looks at a target's age too early to
@@ -49,7 +46,7 @@ test: lint  ## set everything up, then pass all checks and tests
 test-train:  ## install what trains networks as well, then pass the tests that need it
 	$(call set_up,[test$(comma)train])
 	@echo "Tests of training"
-	@launcher=$$($(PY) .ci/system_packages.py offscreen) && $$launcher $(PY) -m pytest -q -n auto $(TRAIN_TESTS)
+	@launcher=$$($(PY) .ci/system_packages.py offscreen) && $$launcher $(PY) -m pytest -q -n auto -m torch
 
 lint:  ## style, types, and the direction of imports
 	$(call set_up,[test])

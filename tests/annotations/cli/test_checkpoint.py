@@ -9,6 +9,7 @@ from annotations.documents.record import changed
 from annotations.prediction.checkpoint import load_checkpoint, save_checkpoint
 from annotations.prediction.heatmaps import HeatmapConvention
 from tests.annotations.prediction.tiny_networks import DESCRIPTION, network, save_tiny
+from tests.needs_torch import needs_torch
 
 
 @pytest.fixture
@@ -123,8 +124,8 @@ def test_a_conversion_replaces_nothing(
     assert path.read_bytes() == before
 
 
+@needs_torch
 def test_weights_become_a_checkpoint(tmp_path: Path, run_json: Any) -> None:
-    pytest.importorskip("torch")
     from annotations.learning.network_settings import NetworkSettings
     from annotations.learning.networks import build_network
     from annotations.learning.state_file import write_state
@@ -144,8 +145,8 @@ def test_weights_become_a_checkpoint(tmp_path: Path, run_json: Any) -> None:
     assert load_checkpoint(output).description == description
 
 
+@needs_torch
 def test_weights_that_are_none_are_refused(tmp_path: Path, run_json: Any) -> None:
-    pytest.importorskip("torch")
     (tmp_path / "best.pt").write_bytes(b"PK\x03\x04")
 
     code, [fields], messages = run_json(

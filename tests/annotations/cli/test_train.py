@@ -16,10 +16,7 @@ from annotations.learning.settings import TrainingSettings, parse_settings
 from annotations.prediction.checkpoint import load_checkpoint
 from annotations.synthesis import write_study
 from tests.annotations.learning.tiny_training import TINY, TOOL
-
-needs_torch = pytest.mark.skipif(
-    importlib.util.find_spec("torch") is None, reason="the extra 'train' is not installed"
-)
+from tests.needs_torch import needs_torch
 
 
 @pytest.fixture

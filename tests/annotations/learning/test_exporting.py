@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="networks need torch: install the extra 'train'")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 onnxruntime = pytest.importorskip("onnxruntime")
 
 from annotations.learning.exporting import halved, onnx_bytes  # noqa: E402

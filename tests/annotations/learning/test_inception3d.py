@@ -2,7 +2,10 @@
 
 import pytest
 
-torch = pytest.importorskip("torch")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 
 from annotations.learning.network_settings import NetworkSettings  # noqa: E402
 from annotations.learning.networks import build_network, parameter_count  # noqa: E402

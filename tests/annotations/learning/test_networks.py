@@ -4,7 +4,10 @@ from pathlib import Path
 
 import pytest
 
-torch = pytest.importorskip("torch")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 
 from annotations.learning.network_settings import NETWORK_KINDS, NetworkKind, NetworkSettings  # noqa: E402
 from annotations.learning.networks import build_network, parameter_count  # noqa: E402

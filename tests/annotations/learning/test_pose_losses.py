@@ -5,7 +5,10 @@ import math
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="torch is not installed: the extra 'train' brings it")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 
 from annotations.geometry.angles import angles_deg  # noqa: E402
 from annotations.geometry.kinematics import ToolPose, keypoints_um  # noqa: E402

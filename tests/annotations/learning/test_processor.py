@@ -2,7 +2,10 @@
 
 import pytest
 
-torch = pytest.importorskip("torch")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 
 from annotations.errors import UserError  # noqa: E402
 from annotations.learning.processor import chosen_device, chosen_precision  # noqa: E402

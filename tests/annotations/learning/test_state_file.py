@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 
 from annotations.learning.conversion import convert_state  # noqa: E402
 from annotations.learning.network_settings import NetworkSettings  # noqa: E402

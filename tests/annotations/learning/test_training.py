@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 
 from annotations.durable_files import SaveError  # noqa: E402
 from annotations.errors import UserError  # noqa: E402

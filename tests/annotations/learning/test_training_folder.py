@@ -6,7 +6,10 @@ from typing import Any
 
 import pytest
 
-torch = pytest.importorskip("torch")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 
 from annotations.errors import UserError  # noqa: E402
 from annotations.learning.training_folder import STATE_FILE, Progress, TrainingFolder  # noqa: E402

@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 
 from annotations.geometry.targets import target_arrays  # noqa: E402
 from annotations.learning.loss_settings import LossSettings  # noqa: E402

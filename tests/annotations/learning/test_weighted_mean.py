@@ -2,7 +2,10 @@
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="torch is not installed: the extra 'train' brings it")
+from tests.needs_torch import NEEDS_TORCH
+
+torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
+pytestmark = pytest.mark.torch
 
 from annotations.learning.weighted_mean import weighted_mean  # noqa: E402
 

@@ -12,6 +12,7 @@ import pytest
 from annotations.errors import UserError
 from tests.annotations.prediction.tiny_networks import save_tiny
 from tests.annotator.stub_converter import stub_converter
+from tests.needs_torch import needs_torch
 
 ROOT = Path(__file__).parents[3]
 # In a process of its own, so that this one stays without torch.
@@ -183,13 +184,9 @@ def test_without_torch_the_real_converter_names_the_extra(qtbot, session, weight
     assert "oct-annotator[train]" in failure(qtbot, session, weights, output).remedy
 
 
+@needs_torch
 class TestWithTorch:
     """Weights of a network, and the real converter."""
-
-    @pytest.fixture(autouse=True)
-    def needs_torch(self):
-        if importlib.util.find_spec("torch") is None:
-            pytest.skip("without torch")
 
     def test_weights_become_a_checkpoint_and_this_process_stays_without_torch(
         self, qtbot, session, tmp_path, weights, output
