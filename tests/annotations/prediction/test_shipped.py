@@ -4,11 +4,17 @@ from pathlib import Path
 
 import pytest
 
+from annotations.learning.settings import parse_settings, read_settings
 from annotations.prediction import shipped
 from annotations.prediction.checkpoint import CheckpointError, load_checkpoint
+from annotations.prediction.evaluation import SyntheticVolumes, evaluate_synthetic
+from annotations.prediction.predictor import Predictor
+from annotations.prediction.runtime import Runtime
 from annotations.prediction.shipped import find_checkpoint, shipped_checkpoint, shipped_checkpoints
+from annotations.synthesis.conditions import PLAIN_CONDITIONS
 from tests.annotations.prediction.tiny_networks import save_tiny
 
+RECIPES = Path(__file__).parents[3] / "docs" / "recipes"
 LARGEST_SHIPPED = 12_000_000
 
 
@@ -23,9 +29,32 @@ def needle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_what_ships_is_a_small_checkpoint_of_the_tool_that_it_is_named_after() -> None:
+    assert "magnetic-forceps" in shipped_checkpoints()
     for name, path in shipped_checkpoints().items():
-        assert load_checkpoint(path).description.tool.name == name
+        description = load_checkpoint(path).description
+        assert (description.name, description.tool.name) == (name, name)
         assert path.stat().st_size <= LARGEST_SHIPPED
+
+
+def test_what_ships_was_made_by_the_recipe_of_its_name() -> None:
+    for name, path in shipped_checkpoints().items():
+        told = parse_settings(load_checkpoint(path).description.training.settings, path)
+        assert told == read_settings(RECIPES / f"{name}.toml")
+
+
+def test_what_ships_finds_the_tool_in_volumes_that_it_has_not_seen() -> None:
+    path = shipped_checkpoint("magnetic-forceps")
+    assert path is not None
+    checkpoint = load_checkpoint(path)
+    # A seed, and more noise, than any training has had.
+    conditions = PLAIN_CONDITIONS.model_copy(update={"looks": (1.0, 1.0), "noise_sigma_grey": (12.0, 12.0)})
+    table = evaluate_synthetic(
+        Predictor(checkpoint, Runtime(checkpoint)), SyntheticVolumes(12, 5_000_011, conditions)
+    )
+    for overview in (table.by_formulas, table.by_fit):
+        assert overview.targets["position_mm"].mean < 0.25
+        assert overview.targets["orientation_deg"].mean < 2
+        assert overview.far_share == 0
 
 
 def test_a_checkpoint_goes_by_the_name_of_its_tool(needle: Path) -> None:
