@@ -196,12 +196,14 @@ def decode(heatmaps: ArrayLike, convention: HeatmapConvention) -> DecodedHeatmap
     largest = flat.max(axis=1)
     sharpness = np.float32(convention.temperature if convention.decoding == "soft-argmax" else 1.0)
     # An argmax has no distribution of its own; that of the heatmap's upper half tells how wide its peak is.
-    weights = (
-        np.maximum(flat - np.maximum(largest, 0)[:, None] / 2, 0)
-        if convention.decoding == "argmax"
-        else np.exp(sharpness * (flat - largest[:, None]))
-    ).reshape(values.shape)
-    mass = weights.sum(axis=(1, 2, 3), dtype=np.float64)
+    if convention.decoding == "argmax":
+        weights = np.maximum(flat - np.maximum(largest, 0)[:, None] / 2, 0)
+    else:
+        weights = flat - largest[:, None]
+        weights *= sharpness
+        np.exp(weights, out=weights)
+    marginals = _marginals(weights.reshape(values.shape))
+    mass = marginals[0].sum(axis=1)
     safe_mass = np.where(mass > 0, mass, 1.0)[:, None]
     if convention.target == "distribution":
         # Relative to the larger of the largest logit and that of absence, which is 0: nothing overflows.
@@ -215,16 +217,27 @@ def decode(heatmaps: ArrayLike, convention: HeatmapConvention) -> DecodedHeatmap
         presence = np.clip(peak, 0, 1)
         is_there = peak >= _LEAST_PEAK
     mean, spread = np.empty((count, 3)), np.empty((count, 3))
-    for axis in range(3):
-        others = tuple(place + 1 for place in range(3) if place != axis)
-        share = weights.sum(axis=others, dtype=np.float64) / safe_mass
-        places = np.arange(shape[axis])
+    for axis, marginal in enumerate(marginals):
+        share, places = marginal / safe_mass, np.arange(shape[axis])
         mean[:, axis] = share @ places
         spread[:, axis] = np.sqrt(np.maximum(share @ np.square(places) - np.square(mean[:, axis]), 0))
     if convention.decoding == "argmax":
         mean = np.stack(np.unravel_index(flat.argmax(axis=1), shape), axis=1).astype(np.float64)
     mean[~is_there] = np.nan
     return DecodedHeatmaps(mean, peak, presence, spread)
+
+
+def _marginals(weights: NDArray[np.float32]) -> tuple[Array, Array, Array]:
+    """Return the sums of weights (n, h0, h1, h2) over all axes but one, shapes (n, h0), (n, h1) and (n, h2).
+
+    Over one axis in the weights' own precision, which is fast, and over what is left of them in double.
+    """
+    over_first, over_last = weights.sum(axis=1), weights.sum(axis=3)
+    return (
+        over_last.sum(axis=2, dtype=np.float64),
+        over_last.sum(axis=1, dtype=np.float64),
+        over_first.sum(axis=1, dtype=np.float64),
+    )
 
 
 def _profile(place: Array, count: int, target: Target, sigma: float) -> Array:

@@ -11,6 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from annotations.volumes.spacing import SpacingUm
 from annotations.volumes.volume import Array, Region, Volume, VolumeError
 
+_MOST_IN_16_BITS = 65535 // 255
+"""Voxels of 8 bits whose sum has 16 bits."""
+
 _LARGEST_INPUT = 1 << 24
 """Voxels of a padded input: 64 MiB as floating-point numbers, thirty times the published one."""
 
@@ -114,7 +117,11 @@ class Sampling(BaseModel):
             slice(before, before + count)
             for before, count in zip(self.padding_before, self.shape, strict=True)
         )
-        padded[inner] = np.clip((samples - np.float32(low)) * np.float32(1 / (high - low)), 0, 1)
+        # In place, since a live volume is waited for.
+        within = padded[inner]
+        np.subtract(samples, np.float32(low), out=within, dtype=np.float32)
+        within *= np.float32(1 / (high - low))
+        np.clip(within, 0, 1, out=within)
         return padded
 
 
@@ -228,9 +235,23 @@ def _even_step(rows: NDArray[np.intp]) -> int:
 
 def _means(values: Array, cells: NDArray[np.intp]) -> NDArray[np.float32]:
     """Return the means of each row's cells, shape (rows, cells)."""
-    # Of an empty cell, the sum is the voxel where the next one begins.
-    sums = np.add.reduceat(values, cells[:-1], axis=1, dtype=np.float32)
-    return np.asarray(sums / np.maximum(np.diff(cells), 1), dtype=np.float32)
+    counts = np.diff(cells)
+    whole = int(counts[0])
+    is_even = counts.min() > 0 and counts.max() <= _MOST_IN_16_BITS and (counts[:-1] == whole).all()
+    if values.dtype != np.uint8 or not is_even:
+        # Of an empty cell, the sum is the voxel where the next one begins.
+        sums = np.add.reduceat(values, cells[:-1], axis=1, dtype=np.float32)
+        return np.asarray(sums / np.maximum(counts, 1), dtype=np.float32)
+    # Adding the first voxels of all cells, then their second ones, and so on, takes half the time, once the
+    # rows lie side by side.
+    values = np.ascontiguousarray(values)
+    even = (len(counts) - 1) * whole
+    sums_of_cells = np.empty((len(values), len(counts)), dtype=np.uint16)
+    sums_of_cells[:, :-1] = values[:, 0:even:whole]
+    for place in range(1, whole):
+        sums_of_cells[:, :-1] += values[:, place:even:whole]
+    sums_of_cells[:, -1] = values[:, even : cells[-1]].sum(axis=1, dtype=np.uint16)
+    return np.asarray(sums_of_cells / counts.astype(np.float32), dtype=np.float32)
 
 
 def _as_region(parts: Sequence[slice]) -> Region:

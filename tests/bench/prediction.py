@@ -27,6 +27,7 @@ from annotations.prediction.checkpoint_description import CheckpointDescription
 from annotations.prediction.predicted_pose import fit_prediction
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.runtime import Runtime
+from annotations.prediction.shipped import find_checkpoint
 from annotations.synthesis import REALTIME_SHAPE, write_study
 from annotations.volumes import SpacingUm, Volume, open_volume
 from annotations.volumes.sampling import sample_volume
@@ -114,6 +115,8 @@ def measure(
     predictor = Predictor(checkpoint, Runtime(checkpoint, threads=threads))
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
+    # Its threads would go on looking for work on the cores while the next volume is being timed.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     session = onnxruntime.InferenceSession(checkpoint.model, options, providers=["CPUExecutionProvider"])
     [given] = session.get_inputs()
     watch = Stopwatch()
@@ -151,7 +154,7 @@ def main() -> None:
         checkpoint = (
             untrained_checkpoint(folder / "untrained.onnx")
             if options.checkpoint is None
-            else load_checkpoint(options.checkpoint)
+            else load_checkpoint(find_checkpoint(options.checkpoint))
         )
         volumes = opened(options.volume, folder)
         try:
