@@ -20,8 +20,8 @@ def test_as_much_of_the_tool_is_out_of_view_as_was_asked_for(
 
     moved = moved_out_of_view(pose, FORCEPS, Grid(), share, heading_deg)
 
-    # A link along the volume's side leaves it nearly at once.
-    assert share_out_of_view(moved, FORCEPS, Grid()) == pytest.approx(share, abs=1e-3)
+    # A link along the volume's side leaves it nearly at once, and the count has steps.
+    assert share_out_of_view(moved, FORCEPS, Grid()) == pytest.approx(share, abs=3e-3)
 
 
 @given(st.integers(0, 2**32), st.floats(0, 360))
