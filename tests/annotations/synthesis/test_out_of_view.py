@@ -32,4 +32,5 @@ def test_the_tool_moves_the_way_that_was_asked_for(seed: int, heading_deg: float
 
     way = np.subtract(moved.position_um, pose.position_um)
     assert way[2] == 0
-    assert np.degrees(np.arctan2(way[1], way[0])) % 360 == pytest.approx(heading_deg % 360, abs=1e-6)
+    heading = np.radians(heading_deg)
+    assert way[:2] / np.linalg.norm(way) == pytest.approx([np.cos(heading), np.sin(heading)], abs=1e-9)
