@@ -74,6 +74,12 @@ def _add_synthesize(commands: "Commands") -> None:
         help="how many µm one unit of the STL files is (1000: they are in millimetres)",
     )
     synthesize.add_argument(
+        "--masks",
+        action="store_true",
+        help="write beside each volume which voxels belong to which link (masks/v001.npy: 0 nothing, "
+        "1 the tool's first link, and so on); takes a third longer, and twice the room",
+    )
+    synthesize.add_argument(
         "--varied",
         action="store_true",
         help="let everything vary as for training: what follows, tilt, attenuation, brightness",

@@ -20,6 +20,7 @@ from annotations.synthesis import (
     write_study,
 )
 from annotations.synthesis.mesh_tool import UM_PER_MM, read_mesh_tool
+from annotations.synthesis.synthetic_study import mask_path
 from annotations.synthesis.truth import ANNOTATOR
 
 _FIXED = ("clutter", "noise_sigma_grey", "looks")
@@ -48,6 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
         truth_methods=("keypoints", "boxes"),
         conditions=conditions,
         mesh=mesh,
+        masks=arguments.masks,
         progress=show_progress,
     )
     for mended, repairs in mesh.repairs.items() if mesh else ():
@@ -58,10 +60,13 @@ def run(arguments: argparse.Namespace) -> int:
             annotation_path(arguments.folder, ANNOTATOR, volume.id, method)
             for method in ("keypoints", "boxes")
         )
+        mask = mask_path(arguments.folder, volume.id) if arguments.masks else None
         if arguments.json:
-            write_json({"path": str(path), "annotation": str(truth), "boxes": str(boxes), "shape": shape})
+            made = {"path": str(path), "annotation": str(truth), "boxes": str(boxes), "shape": shape}
+            write_json(made if mask is None else made | {"mask": str(mask)})
         else:
-            write_text(f"{path}\n  truth  {truth}\n  boxes  {boxes}")
+            lines = [str(path), f"  truth  {truth}", f"  boxes  {boxes}"]
+            write_text("\n".join(lines if mask is None else [*lines, f"  mask   {mask}"]))
     return 0
 
 

@@ -36,7 +36,7 @@ from annotations.volumes.opening import SUFFIXES
 
 # A person can read one of these out to another.
 _SEEDS = 1_000_000
-_NOT_OF_VOLUMES = frozenset({"annotations", "predictions", "tools"})
+_NOT_OF_VOLUMES = frozenset({"annotations", "masks", "predictions", "tools"})
 _ZARR_SUFFIXES = (".ome.zarr", ".zarr")
 _NAMELESS = "volume"
 
@@ -80,8 +80,8 @@ class Enlarged:
 def find_volumes(folder: Path) -> tuple[Path, ...]:
     """Return the volumes in a folder and in its direct sub-folders, each folder's in natural order.
 
-    A study's own folders ``annotations`` and ``tools`` are left out, and so are hidden folders and those that
-    may not be read.
+    A study's own folders ``annotations``, ``masks``, ``predictions`` and ``tools`` are left out, and so are
+    hidden folders and those that may not be read.
 
     Raises
     ------

@@ -2,9 +2,9 @@
 
 from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIONS, SceneConditions
 from annotations.synthesis.grid import FULL_SHAPE, REALTIME_SHAPE, Grid
+from annotations.synthesis.mask_file import write_mask
 from annotations.synthesis.mesh_tool import MeshTool, read_mesh_tool
 from annotations.synthesis.network_volume import network_volume
-from annotations.synthesis.occupancy import occupancy
 from annotations.synthesis.scanner import Scanner
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
 from annotations.synthesis.synthetic_study import write_study
@@ -23,11 +23,11 @@ __all__ = [
     "SceneConditions",
     "SceneSeed",
     "network_volume",
-    "occupancy",
     "random_scene",
     "read_mesh_tool",
     "truth_annotation",
     "truth_boxes",
+    "write_mask",
     "write_study",
     "write_volume",
 ]

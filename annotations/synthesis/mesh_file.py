@@ -1,5 +1,6 @@
 """Meshes of STL files: read, checked to be closed, and mended where that can be done."""
 
+import hashlib
 import io
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,10 +45,13 @@ class ReadMesh:
         Closed: each edge belongs to an even number of triangles. In the file's own frame.
     repairs : tuple of str
         What had to be mended to make it so, in words; empty where all was in order.
+    sha256 : str
+        Of the file's content, as hexadecimal digits.
     """
 
     mesh: Mesh
     repairs: tuple[str, ...]
+    sha256: str
 
 
 def read_mesh(path: Path, um_per_unit: float) -> ReadMesh:
@@ -67,7 +71,8 @@ def read_mesh(path: Path, um_per_unit: float) -> ReadMesh:
     MeshError
         The file is absent, too large, damaged or no STL file, or the mesh is open and stays open.
     """
-    mesh = _load(path, um_per_unit)
+    content = _content(path)
+    mesh = _load(content, path, um_per_unit)
     repairs: list[str] = []
     mesh.merge_vertices(digits_vertex=_SAME_UM_DIGITS)
     _drop_collapsed(mesh, repairs)
@@ -82,14 +87,13 @@ def read_mesh(path: Path, um_per_unit: float) -> ReadMesh:
     if not _volume(mesh) > 0:
         raise MeshError("the mesh encloses nothing", where=path, remedy="Export it again as a solid")
     vertices_um, triangles = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
-    return ReadMesh(Mesh(vertices_um, triangles), tuple(repairs))
+    return ReadMesh(Mesh(vertices_um, triangles), tuple(repairs), hashlib.sha256(content).hexdigest())
 
 
-def _load(path: Path, um_per_unit: float) -> "Trimesh":
+def _load(content: bytes, path: Path, um_per_unit: float) -> "Trimesh":
     import trimesh
     from trimesh.exchange.stl import load_stl
 
-    content = _content(path)
     count = int.from_bytes(content[_HEADER_BYTES - 4 : _HEADER_BYTES], "little")
     if len(content) != _HEADER_BYTES + _TRIANGLE_BYTES * count:
         # Not binary, so it is text, in whatever encoding: only names can have letters beyond ASCII.

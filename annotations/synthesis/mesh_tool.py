@@ -36,14 +36,19 @@ class MeshTool(ABC):
     Attributes
     ----------
     tool : ToolSpecification
+    um_per_unit : float
+        How many µm one unit of the files is.
     repairs : dict of Path to tuple of str
         Of each file read so far that had to be mended: what was done.
+    sha256 : dict of Path to str
+        Of each file read so far: its content's, as hexadecimal digits.
     """
 
     def __init__(self, tool: ToolSpecification, um_per_unit: float) -> None:
         self.tool = tool
         self.repairs: dict[Path, tuple[str, ...]] = {}
-        self._um_per_unit = um_per_unit
+        self.sha256: dict[Path, str] = {}
+        self.um_per_unit = um_per_unit
 
     @staticmethod
     def per_link(tool: ToolSpecification, files: Mapping[str, Path], um_per_unit: float) -> "MeshTool":
@@ -105,15 +110,16 @@ class MeshTool(ABC):
         """Return the pose with the nearest angles that there are: the one that is true of `bodies`."""
 
     def _read(self, path: Path, expected_um: float) -> MeshShape:
-        found: ReadMesh = read_mesh(path, self._um_per_unit)
+        found: ReadMesh = read_mesh(path, self.um_per_unit)
         size_um = float(np.linalg.norm(np.ptp(found.mesh.vertices_um, axis=0)))
         if not expected_um / _LIKELY < size_um < expected_um * _LIKELY:
             raise MeshError(
-                f"at {self._um_per_unit:g} µm a unit its mesh measures {size_um / UM_PER_MM:.3g} mm, where "
+                f"at {self.um_per_unit:g} µm a unit its mesh measures {size_um / UM_PER_MM:.3g} mm, where "
                 f"the tool {self.tool.name!r} has {expected_um / UM_PER_MM:.3g} mm",
                 where=path,
                 remedy="Say how many µm a unit of the file is, or choose the mesh's own tool",
             )
+        self.sha256[path] = found.sha256
         if found.repairs:
             self.repairs[path] = found.repairs
         return MeshShape(found.mesh)

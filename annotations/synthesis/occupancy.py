@@ -1,14 +1,21 @@
-"""Which voxels of a volume lie inside a closed mesh."""
+"""Which voxels of a volume lie inside a body: a closed mesh, or the body of a link."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from annotations.geometry.body import LinkBody
 from annotations.geometry.meshes import Mesh
 from annotations.synthesis.column_crossings import crossings
-from annotations.synthesis.grid import Grid
+
+Axes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+"""Ascending positions in µm of voxels' centres along axes 0, 1, 2: of a volume, or of a block of one."""
+
+_BLOCK = 8
+"""Voxels along each axis of the blocks that are decided together where they can be."""
+_ROUNDING_UM = 1e-3
 
 
-def occupancy(mesh: Mesh, grid: Grid) -> NDArray[np.bool_]:
+def occupancy(mesh: Mesh, axes_um: Axes) -> NDArray[np.bool_]:
     """Return which voxels' centres lie inside a closed mesh in the volume's frame.
 
     By column parity: on the way down a column, each crossing of the surface leads in or out. A voxel on the
@@ -19,19 +26,14 @@ def occupancy(mesh: Mesh, grid: Grid) -> NDArray[np.bool_]:
     ----------
     mesh : Mesh
         Closed: each edge belongs to an even number of triangles, as `read_mesh` sees to.
-    grid : Grid
+    axes_um : (ndarray, ndarray, ndarray)
+        Of shapes (nx,), (ny,), (nz,).
 
     Returns
     -------
-    ndarray of bool
-        Of the grid's shape.
+    ndarray of bool, shape (nx, ny, nz)
     """
-    inside = np.zeros(grid.shape, dtype=np.uint8)
-    low, high = mesh.vertices_um.min(axis=0), mesh.vertices_um.max(axis=0)
-    axes = [grid.axis_um(axis) for axis in range(3)]
-    # Beyond its bounds the mesh has no crossing, or all of them.
-    block = tuple(slice(*np.searchsorted(axis, ends)) for axis, *ends in zip(axes, low, high, strict=True))
-    x_um, y_um, z_um = (axis[part] for axis, part in zip(axes, block, strict=True))
+    x_um, y_um, z_um = axes_um
     turns = np.zeros((len(x_um), len(y_um), len(z_um)), dtype=np.uint8)
     columns = np.meshgrid(x_um, y_um, indexing="ij")
     for found in crossings(mesh, columns[0].ravel(), columns[1].ravel()):
@@ -39,5 +41,26 @@ def occupancy(mesh: Mesh, grid: Grid) -> NDArray[np.bool_]:
         reached = voxel < len(z_um)
         place = found.column[reached] * len(z_um) + voxel[reached]
         np.bitwise_xor.at(turns.reshape(-1), place, np.uint8(1))
-    np.bitwise_xor.accumulate(turns, axis=2, out=inside[block])
-    return inside.view(np.bool_)
+    return np.bitwise_xor.accumulate(turns, axis=2, out=turns).view(np.bool_)
+
+
+def body_occupancy(body: LinkBody, axes_um: Axes) -> NDArray[np.bool_]:
+    """Return which voxels' centres lie inside a link's body or on it; as `occupancy` does."""
+    # No surface is nearer than the distance from it: most blocks are decided by their first voxels.
+    firsts_um = np.stack(np.meshgrid(*(axis_um[::_BLOCK] for axis_um in axes_um), indexing="ij"), axis=-1)
+    distance_um = body.distance_um(firsts_um)
+    reaches_um = []
+    for axis, axis_um in enumerate(axes_um):
+        whole = range(len(axis_um))
+        distance_um = np.repeat(distance_um, _BLOCK, axis=axis).take(whole, axis=axis)
+        reaches_um.append(np.max(axis_um - np.repeat(axis_um[::_BLOCK], _BLOCK)[whole], initial=0.0))
+    inside = distance_um <= 0
+    undecided = np.abs(distance_um) <= np.linalg.norm(reaches_um) + _ROUNDING_UM
+    inside[undecided] = body.distance_um(positions_um(axes_um, undecided)) <= 0
+    return np.asarray(inside)
+
+
+def positions_um(axes_um: Axes, chosen: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the positions in µm of chosen voxels' centres, shape (n, 3), in C order."""
+    voxels = np.nonzero(chosen)
+    return np.stack([axis_um[index] for axis_um, index in zip(axes_um, voxels, strict=True)], axis=-1)

@@ -7,12 +7,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from annotations.geometry.body import LinkBody, SolidBody, Surface, link_bodies, surface_from_above
+from annotations.geometry.body import LinkBody, Surface, link_bodies, surface_from_above
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.tool import ToolSpecification
 from annotations.synthesis.clutter import random_clutter
 from annotations.synthesis.conditions import PLAIN_CONDITIONS, SceneConditions
 from annotations.synthesis.grid import Grid
+from annotations.synthesis.mesh_body import MeshBody
 from annotations.synthesis.mesh_tool import MeshTool
 from annotations.synthesis.out_of_view import moved_out_of_view
 from annotations.synthesis.poses import random_pose
@@ -61,7 +62,7 @@ class Scene:
     mesh: MeshTool | None = None
 
     @cached_property
-    def bodies(self) -> dict[str, SolidBody]:
+    def bodies(self) -> dict[str, LinkBody | MeshBody]:
         """The bodies of the tool: each by its link's name, or a mesh of all by the tool's."""
         if self.mesh is None:
             return dict(link_bodies(self.pose, self.tool))

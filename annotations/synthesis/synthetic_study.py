@@ -17,7 +17,9 @@ from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import write_tool
 from annotations.synthesis.conditions import PLAIN_CONDITIONS, SceneConditions
 from annotations.synthesis.grid import Grid
+from annotations.synthesis.mask_file import write_mask
 from annotations.synthesis.mesh_tool import MeshTool
+from annotations.synthesis.recipe import MeshFiles, Recipe, save_recipe
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
 from annotations.synthesis.truth import ANNOTATOR, truth_annotation, truth_boxes
 from annotations.synthesis.volume_file import write_volume
@@ -28,6 +30,8 @@ _TRUTH: dict[Method, Callable[[Scene, VolumeReference], Annotation]] = {
     "keypoints": truth_annotation,
     "boxes": truth_boxes,
 }
+_MASK_SHARE = 0.25
+"""Of the time that a volume takes with its mask."""
 
 
 def write_study(
@@ -42,12 +46,14 @@ def write_study(
     truth_methods: Sequence[Method] = ("keypoints",),
     conditions: SceneConditions = PLAIN_CONDITIONS,
     mesh: MeshTool | None = None,
+    masks: bool = False,
     progress: Callable[[float], None] = lambda _share: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Study:
     """Write a study of synthetic volumes: ``volumes/v001.npy`` and so on, with the truth about each.
 
-    ``study.toml`` comes last, so that a folder with one is complete.
+    ``synthesis.toml`` says what it was made from. ``study.toml`` comes last, so that a folder with one is
+    complete; masks are no volumes of the study, and it does not list them.
 
     Parameters
     ----------
@@ -68,6 +74,8 @@ def write_study(
         How far the volumes differ.
     mesh : MeshTool, optional
         The tool's body, instead of that of its specification.
+    masks : bool
+        Whether ``masks/v001.npy`` and so on say which voxels belong to which link, see `mask_planes`.
     progress, cancelled : callable, optional
         As in `write_volume`, for the whole study.
 
@@ -85,7 +93,7 @@ def write_study(
         `cancelled` returned true. After this and every error the folder is as it was.
     """
     existed = folder.exists()
-    _check_folder(folder, needed_bytes=count * math.prod(shape))
+    _check_folder(folder, needed_bytes=count * math.prod(shape) * (2 if masks else 1))
     grid = Grid.over_workspace(shape)
     volumes: list[StudyVolume] = []
     try:
@@ -93,12 +101,28 @@ def write_study(
             volume = StudyVolume(id=f"v{number + 1:03d}", path=f"volumes/v{number + 1:03d}.npy")
             scene = random_scene(tool, SceneSeed(seed, number), grid, conditions=conditions, mesh=mesh)
             path = folder / volume.path
-            write_volume(scene, path, _part_of(progress, number, count), cancelled)
+            volume_share = 1 - _MASK_SHARE if masks else 1.0
+            write_volume(scene, path, _part_of(progress, number / count, volume_share / count), cancelled)
             write_sidecar(path, grid.spacing_um, OMES_DEPTH_AXIS)
+            if masks:
+                path = mask_path(folder, volume.id)
+                rest = _part_of(progress, (number + volume_share) / count, _MASK_SHARE / count)
+                write_mask(scene, path, rest, cancelled)
+                write_sidecar(path, grid.spacing_um, OMES_DEPTH_AXIS)
             _write_truth(scene, folder, volume, truth_methods)
             volumes.append(volume)
         if not ships(tool):
             write_tool(tool, folder / "tools" / f"{tool.name}.toml")
+        recipe = Recipe(
+            seed=seed,
+            count=count,
+            shape=shape,
+            tool=tool.name,
+            tool_fingerprint=tool.fingerprint,
+            conditions=conditions,
+            meshes=None if mesh is None else MeshFiles.of(mesh),
+        )
+        save_recipe(recipe, folder)
         study = Study(
             title=title,
             tool=tool.name,
@@ -113,6 +137,11 @@ def write_study(
     return study
 
 
+def mask_path(folder: Path, volume_id: str) -> Path:
+    """Return where the mask of a synthetic study's volume lies."""
+    return folder / "masks" / f"{volume_id}.npy"
+
+
 def _write_truth(scene: Scene, folder: Path, volume: StudyVolume, methods: Sequence[Method]) -> None:
     with open_volume(folder / volume.path) as written:
         mark = fingerprint(written)
@@ -122,9 +151,9 @@ def _write_truth(scene: Scene, folder: Path, volume: StudyVolume, methods: Seque
             save_annotation(_TRUTH[method](scene, reference), path, expected="")
 
 
-def _part_of(progress: Callable[[float], None], number: int, count: int) -> Callable[[float], None]:
-    """Return what one of several equal parts tells its progress to."""
-    return lambda share: progress((number + share) / count)
+def _part_of(progress: Callable[[float], None], start: float, size: float) -> Callable[[float], None]:
+    """Return what a part of the work tells its progress to."""
+    return lambda share: progress(start + size * share)
 
 
 def _check_folder(folder: Path, needed_bytes: int) -> None:
@@ -148,7 +177,7 @@ def _check_folder(folder: Path, needed_bytes: int) -> None:
         ) from error
     if free_bytes < needed_bytes:
         raise SaveError(
-            f"the volumes need {needed_bytes / 1e9:.1f} GB, and {free_bytes / 1e9:.1f} GB are free",
+            f"the files need {needed_bytes / 1e9:.1f} GB, and {free_bytes / 1e9:.1f} GB are free",
             where=folder,
             remedy="Free some space, or ask for fewer or smaller volumes",
         )

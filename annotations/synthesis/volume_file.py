@@ -1,11 +1,12 @@
-"""Volumes streamed to disk: a ``.npy`` file written by planes, and under its name only whole."""
+"""Volumes and masks streamed to disk: a ``.npy`` file written by planes, and under its name only whole."""
 
 import contextlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from annotations.durable_files import SaveError, sync_folder
 from annotations.errors import Cancelled
@@ -18,19 +19,32 @@ def write_volume(
     progress: Callable[[float], None] = lambda _share: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Write a scene's volume as a ``.npy`` file of uint8 in C order.
+    """Write a scene's volume as a ``.npy`` file of uint8 in C order; see `write_planes`."""
+    write_planes(scene.planes(), scene.grid.shape, path, progress, cancelled)
+
+
+def write_planes(
+    planes: Iterable[NDArray[np.uint8]],
+    shape: tuple[int, int, int],
+    path: Path,
+    progress: Callable[[float], None],
+    cancelled: Callable[[], bool],
+) -> None:
+    """Write planes as a ``.npy`` file of uint8 in C order.
 
     Written as a stream rather than through a memory map, so that a full disk is an error that can be told
     instead of a signal that ends the process.
 
     Parameters
     ----------
-    scene : Scene
+    planes : iterable of ndarray of uint8, shape (ny, nz) each
+        Along axis 0 in their order, in C order each.
+    shape : (int, int, int)
     path : Path
         The file; its folder is created if absent.
-    progress : callable, optional
+    progress : callable
         Told the share that is done, in [0, 1].
-    cancelled : callable, optional
+    cancelled : callable
         Asked after each plane.
 
     Raises
@@ -41,14 +55,14 @@ def write_volume(
         `cancelled` returned true; nothing of it stays behind.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    header = {"descr": "|u1", "fortran_order": False, "shape": scene.grid.shape}
+    header = {"descr": "|u1", "fortran_order": False, "shape": shape}
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with temporary.open("wb") as stream:
             np.lib.format.write_array_header_1_0(stream, header)
-            for index, plane in enumerate(scene.planes(), start=1):
+            for index, plane in enumerate(planes, start=1):
                 stream.write(plane.data)
-                progress(index / scene.grid.shape[0])
+                progress(index / shape[0])
                 if cancelled():
                     raise Cancelled
             stream.flush()

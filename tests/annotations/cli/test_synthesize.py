@@ -55,6 +55,22 @@ def test_what_was_made_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[st
     ]
 
 
+def test_masks_are_made_where_they_are_asked_for(
+    tmp_path: Path, run_json: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wishes = ("--count", 1, "--seed", 7, *SMALL, "--masks")
+
+    code, [fields], messages = run_json("synthesize", tmp_path / "s", *wishes)
+
+    assert (code, messages) == (0, "")
+    mask = tmp_path / "s" / "masks" / "v001.npy"
+    assert fields["mask"] == str(mask)
+    assert set(np.unique(np.load(mask))) == {0, 1, 2, 3}
+    assert run_json("check", tmp_path / "s")[0] == run_json("check", tmp_path / "s", "--json")[0] == 0
+    assert main(["synthesize", str(tmp_path / "t"), *map(str, wishes)]) == 0
+    assert capsys.readouterr().out.splitlines()[3] == f"  mask   {tmp_path / 't' / 'masks' / 'v001.npy'}"
+
+
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """What a study would be made with; none is made."""

@@ -41,7 +41,13 @@ def folder(tmp_path: Path, write_volume: WriteVolume) -> Path:
     names = ["scan 9.npy", "scan 10.npy", "day1/scan.npy", "day2/scan.npy", "day2/Größe_α.npy"]
     for seed, name in enumerate(names):
         write_volume(folder / name, seed)
-    for name in ("annotations/anna.npy", "tools/tool.npy", ".hidden/secret.npy", "day1/deep/deeper.npy"):
+    for name in (
+        "annotations/anna.npy",
+        "tools/tool.npy",
+        "masks/v1.npy",
+        ".hidden/secret.npy",
+        "day1/deep/deeper.npy",
+    ):
         write_volume(folder / name)
     (folder / "day1" / "readme.txt").write_text("notes")
     return folder

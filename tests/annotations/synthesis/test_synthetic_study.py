@@ -1,23 +1,31 @@
 import errno
+import hashlib
 import os
 import shutil
+import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
+from annotations import __version__
 from annotations.documents.checks import check_file
 from annotations.documents.files import load_annotation, tool_of
 from annotations.documents.study import load_study
+from annotations.documents.study_building import find_volumes, with_volumes
+from annotations.documents.study_checks import check_study, is_wrong
 from annotations.durable_files import SaveError
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.frames import nearest_voxel
 from annotations.geometry.tool_library import find_tool, shipped_tools
 from annotations.synthesis import synthetic_study
 from annotations.synthesis.conditions import SceneConditions
+from annotations.synthesis.mesh_tool import read_mesh_tool
+from annotations.synthesis.recipe import RECIPE_FILE, Recipe
 from annotations.synthesis.synthetic_study import write_study
 from annotations.volumes import open_volume
+from tests.annotations.synthesis.stl_files import write_links
 
 FORCEPS = shipped_tools()["magnetic-forceps"]
 SHAPE = (22, 39, 23)
@@ -37,6 +45,7 @@ def test_a_study_holds_volumes_and_the_truth_about_them(empty_folder: Path) -> N
     assert study.annotators == ("truth", "anna")
     assert files_in(folder) == {
         "study.toml",
+        "synthesis.toml",
         "annotations/truth/.writing.lock",
         "volumes/v001.npy",
         "volumes/v001.npy.volume.toml",
@@ -213,3 +222,101 @@ def test_progress_covers_all_volumes(empty_folder: Path) -> None:
     assert len(shares) == 3 * SHAPE[0]
     assert np.all(np.diff(shares) > 0)
     assert shares[-1] == pytest.approx(1)
+
+
+def test_masks_lie_beside_the_volumes_and_are_none_of_the_study(empty_folder: Path) -> None:
+    study = write_study(empty_folder, FORCEPS, count=2, seed=1, shape=SHAPE, masks=True)
+
+    assert [volume.path for volume in study.volumes] == ["volumes/v001.npy", "volumes/v002.npy"]
+    assert {path for path in files_in(empty_folder) if path.startswith("masks/")} == {
+        f"masks/{name}.npy{suffix}" for name in ("v001", "v002") for suffix in ("", ".volume.toml")
+    }
+    for name in ("v001", "v002"):
+        paths = [empty_folder / kind / f"{name}.npy" for kind in ("volumes", "masks")]
+        with open_volume(paths[0]) as volume, open_volume(paths[1]) as mask:
+            assert mask.shape == volume.shape == SHAPE
+            assert mask.dtype == np.uint8
+            assert (mask.spacing_um, mask.depth_axis) == (volume.spacing_um, volume.depth_axis)
+        annotation, _ = load_annotation(empty_folder / "annotations/truth" / f"{name}.keypoints.json")
+        positions_um = {point.name: point.position_um for point in annotation.keypoints}
+        link = FORCEPS.links[0]
+        middle_um = np.mean([positions_um[link.base], positions_um[link.tip]], axis=0)
+        assert np.load(paths[1])[nearest_voxel(middle_um, annotation.volume.spacing_um, SHAPE)] == 1
+
+
+def test_masks_change_nothing_in_the_volumes(empty_folder: Path) -> None:
+    for masks in (False, True):
+        write_study(empty_folder / str(masks), FORCEPS, count=1, seed=1, shape=SHAPE, masks=masks)
+
+    one, other = (empty_folder / str(masks) / "volumes/v001.npy" for masks in (False, True))
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_a_study_with_masks_has_nothing_to_complain_of_and_no_more_volumes(empty_folder: Path) -> None:
+    methods = ("keypoints", "boxes")
+    study = write_study(
+        empty_folder, FORCEPS, count=2, seed=1, shape=SHAPE, truth_methods=methods, masks=True
+    )
+
+    assert not any(is_wrong(finding) for _, finding in check_study(empty_folder))
+    assert with_volumes(study, empty_folder, find_volumes(empty_folder)).added == ()
+
+
+def test_masks_need_room_too(empty_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shutil, "disk_usage", lambda _folder: Usage(10**12, 10**12 - 10**9, 10**9))
+
+    with pytest.raises(SaveError, match=r"need 4\.9 GB, and 1\.0 GB are free"):
+        write_study(empty_folder, FORCEPS, count=1, seed=1, shape=(1096, 1936, 1152), masks=True)
+
+
+def test_cancelling_at_a_mask_leaves_the_folder_as_it_was(empty_folder: Path) -> None:
+    shares: list[float] = []
+
+    with pytest.raises(Cancelled):
+        write_study(
+            empty_folder / "s",
+            FORCEPS,
+            count=2,
+            seed=1,
+            shape=SHAPE,
+            masks=True,
+            progress=shares.append,
+            cancelled=lambda: shares[-1] > 0.8,
+        )
+
+    assert np.all(np.diff(shares) > 0)
+    assert 0.8 < shares[-1] < 0.85
+    assert list(empty_folder.iterdir()) == []
+
+
+def test_a_study_can_be_made_again_from_what_it_says_of_its_making(empty_folder: Path) -> None:
+    conditions = SceneConditions(clutter=(1, 2), looks=(1.5, 3.0), out_of_view_probability=0.5)
+    meshes = write_links(empty_folder / "meshes")
+    mesh = read_mesh_tool(FORCEPS, meshes, 1000.0)
+    write_study(empty_folder / "one", FORCEPS, count=2, seed=9, shape=SHAPE, conditions=conditions, mesh=mesh)
+
+    recipe = Recipe.model_validate(tomllib.loads((empty_folder / "one" / RECIPE_FILE).read_text()))
+    assert recipe.program == __version__
+    assert recipe.tool_fingerprint == FORCEPS.fingerprint
+    assert recipe.meshes is not None
+    assert recipe.meshes.sha256 == {
+        path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in meshes.iterdir()
+    }
+    write_study(
+        empty_folder / "two",
+        shipped_tools()[recipe.tool],
+        count=recipe.count,
+        seed=recipe.seed,
+        shape=recipe.shape,
+        conditions=recipe.conditions,
+        mesh=read_mesh_tool(FORCEPS, meshes, recipe.meshes.um_per_unit),
+    )
+    for number in ("v001", "v002"):
+        one, two = (empty_folder / name / f"volumes/{number}.npy" for name in ("one", "two"))
+        assert one.read_bytes() == two.read_bytes()
+
+
+def test_without_meshes_the_recipe_names_none(empty_folder: Path) -> None:
+    write_study(empty_folder, FORCEPS, count=1, seed=1, shape=SHAPE)
+
+    assert "meshes" not in tomllib.loads((empty_folder / RECIPE_FILE).read_text())
