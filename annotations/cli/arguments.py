@@ -29,10 +29,7 @@ def new_command(
 
 def angle(text: str) -> float:
     """Return an angle in degrees."""
-    try:
-        angle_deg = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    angle_deg = _number(text)
     if not math.isfinite(angle_deg):
         raise argparse.ArgumentTypeError(f"{text!r} is not an angle")
     # Without the sign of a negative zero, which would be written down and shown.
@@ -41,36 +38,30 @@ def angle(text: str) -> float:
 
 def share(text: str) -> float:
     """Return a share, from 0 to 1."""
-    share = amount(text)
-    if share > 1:
+    value = amount(text)
+    if value > 1:
         raise argparse.ArgumentTypeError(f"{text} is more than 1, the whole")
-    return share
+    return value
 
 
 def amount(text: str) -> float:
     """Return a number from 0 on."""
-    try:
-        amount = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-    if not (math.isfinite(amount) and amount >= 0):
+    value = _number(text)
+    if not (math.isfinite(value) and value >= 0):
         raise argparse.ArgumentTypeError(f"{text} is not a number from 0 on")
-    return amount
+    return value
 
 
 def length(text: str) -> float:
     """Return a positive length in µm."""
-    try:
-        length_um = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    length_um = _number(text)
     if not (math.isfinite(length_um) and length_um > 0):
         raise argparse.ArgumentTypeError(f"{text} µm is no length")
     return length_um
 
 
 def at_least(least: int) -> Callable[[str], int]:
-    """Return what reads whole numbers from one on."""
+    """Return what reads a whole number that is not less than the least one."""
 
     def whole_number(text: str) -> int:
         try:
@@ -82,3 +73,10 @@ def at_least(least: int) -> Callable[[str], int]:
         return number
 
     return whole_number
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
