@@ -29,6 +29,15 @@ When = Literal[
     "training",
     "settling",
     "jobs",
+    "shipped",
+    "predictable_volume",
+    "predictable",
+    "predicted",
+    "started_from_prediction",
+    "reviewable",
+    "reviewed",
+    "judgeable",
+    "errors",
 ]
 """What must be there for an action to make sense; `annotator.actions.state` finds it in the session."""
 

@@ -5,6 +5,7 @@ from annotator.actions.action import Action, When
 _WHENS: frozenset[When] = frozenset({"keypoint", "box", "turnable", "posing", "preview", "undo", "redo"})
 _NAMES = frozenset(
     {
+        "accept_prediction",
         "clear",
         "derive",
         "fill_in",
@@ -16,6 +17,7 @@ _NAMES = frozenset(
         "propose_consensus",
         "refine",
         "save",
+        "start_from_prediction",
         "state_occluded",
         "state_out_of_view",
         "state_placed",

@@ -9,11 +9,12 @@ from itertools import groupby
 from annotator.actions.action import Action
 from annotator.actions.annotate_table import ANNOTATE_ACTIONS
 from annotator.actions.mouse_gestures import GESTURES
+from annotator.actions.predictions_table import PREDICTIONS_ACTIONS
 from annotator.actions.tools_table import TOOLS_ACTIONS
 from annotator.actions.view_table import VIEW_ACTIONS
 from annotator.settings import RECENT_FILES
 
-MENUS = ("File", "Edit", "Annotate", "Tools", "View", "Go", "Help")
+MENUS = ("File", "Edit", "Annotate", "Tools", "Predictions", "View", "Go", "Help")
 
 TOOL_BAR: tuple[tuple[str, ...], ...] = (
     ("open_file", "save"),
@@ -173,7 +174,16 @@ _HELP = (
     Action("about", "About", "Help", ("Shift+F1",), "Versions, licence and folders.", separated=True),
 )
 
-ACTIONS: tuple[Action, ...] = _FILE + _EDIT + ANNOTATE_ACTIONS + TOOLS_ACTIONS + VIEW_ACTIONS + _GO + _HELP
+ACTIONS: tuple[Action, ...] = (
+    *_FILE,
+    *_EDIT,
+    *ANNOTATE_ACTIONS,
+    *TOOLS_ACTIONS,
+    *PREDICTIONS_ACTIONS,
+    *VIEW_ACTIONS,
+    *_GO,
+    *_HELP,
+)
 
 
 def sheet_rows() -> tuple[tuple[str, str, str], ...]:

@@ -21,6 +21,12 @@ LAYER_TITLES: dict[Layer, str] = {
     "ghost": "Fitted Tool (Ghost)",
     "crosshair": "Crosshair",
     "others": "Other Annotators",
+    "prediction": "Prediction",
+    "truth": "Ground Truth beside a Prediction",
+    "errors": "Lines from Truth to Prediction",
+    "distances": "Distances beside These Lines",
+    "predicted_tool": "Predicted Tool (Ghost)",
+    "heatmaps": "Heatmaps of the Active Keypoint",
 }
 _LAYER_KEYS: dict[Layer, str] = {
     "volume": "Shift+V",
@@ -32,6 +38,12 @@ _LAYER_KEYS: dict[Layer, str] = {
     "ghost": "Shift+G",
     "crosshair": "Shift+C",
     "others": "Shift+O",
+    "prediction": "Shift+P",
+    "truth": "Shift+T",
+    "errors": "Shift+E",
+    "distances": "Shift+D",
+    "predicted_tool": "Shift+U",
+    "heatmaps": "Shift+H",
 }
 
 VIEW_ACTIONS: tuple[Action, ...] = (
@@ -109,6 +121,14 @@ VIEW_ACTIONS: tuple[Action, ...] = (
         for layer, title in LAYER_TITLES.items()
     ),
     Action(
+        "review_colors",
+        "Blue and Orange for Reviews",
+        "View",
+        ("Shift+R",),
+        "Draw truth and prediction in colours that colour-blind people can tell apart.",
+        checkable=True,
+    ),
+    Action(
         "detail",
         "Detail around Keypoint or Box",
         "View",
@@ -162,6 +182,7 @@ VIEW_ACTIONS: tuple[Action, ...] = (
                 ("display", "Display"),
                 ("agreement", "Agreement"),
                 ("consensus", "Consensus"),
+                ("predictions", "Predictions"),
             ),
             start=1,
         )

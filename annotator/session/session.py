@@ -26,6 +26,7 @@ from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
 from annotator.session.others import Others
+from annotator.session.predicting import Predicting
 from annotator.session.recovering import tells_more
 from annotator.session.settling import Settling
 from annotator.session.spacing_answer import SpacingAnswer
@@ -66,6 +67,7 @@ class Session(SessionStepping):
         self.settling = Settling(self, self.others, self._edit, self.open_list, self._raise_error, self)
         self.exporting = Exporting(self, self.agreeing, self)
         self.checkpoints = Checkpoints(self, self)
+        self.predicting = Predicting(self, self.seeing, self)
 
     # Opening and closing
 

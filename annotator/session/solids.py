@@ -11,8 +11,8 @@ from annotations.geometry.frames import Vector, vector
 from annotations.geometry.meshes import Mesh, box_mesh
 from annotations.volumes import Ray
 
-SolidKind = Literal["box", "ghost", "proposal"]
-"""A box of the document; the fitted or posed tool; the tool as a refinement proposes it."""
+SolidKind = Literal["box", "ghost", "proposal", "prediction"]
+"""A box of the document; the fitted or posed tool; the tool as a refinement proposes it; as predicted."""
 
 
 @dataclass(frozen=True)

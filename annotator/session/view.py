@@ -17,10 +17,31 @@ Pane = Literal["scene", "slice0", "slice1", "slice2"]
 Preset = Literal["+x", "-x", "+y", "-y", "+z", "-z", "home"]
 """Directions of the scene's camera, in the order of their keys."""
 
-Layer = Literal["volume", "planes", "axes", "scale_bar", "names", "links", "ghost", "crosshair", "others"]
+Layer = Literal[
+    "volume",
+    "planes",
+    "axes",
+    "scale_bar",
+    "names",
+    "links",
+    "ghost",
+    "crosshair",
+    "others",
+    "prediction",
+    "truth",
+    "errors",
+    "distances",
+    "predicted_tool",
+    "heatmaps",
+]
+"""Of a prediction all is hidden without ``prediction``."""
 
-FIRST_LAYERS: frozenset[Layer] = frozenset(get_args(Layer)) - {"others"}
-"""Shown at first: not other people's work, of which it is written down that somebody has seen it."""
+FIRST_LAYERS: frozenset[Layer] = frozenset(get_args(Layer)) - {"others", "prediction", "heatmaps"}
+"""Shown at first: not others' work and not predictions, of which it is written down that somebody has seen
+them; nor what has to be computed first."""
+
+ReviewColors = Literal["green_red", "blue_orange"]
+"""Of the truth and of a prediction. Not all people can tell green from red."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +123,8 @@ class View:
         Whether the scene shows the full resolution around the active keypoint instead of the whole volume.
     maximized : str or None
         The pane that fills the window; None shows all four.
+    review_colors : str
+        See `ReviewColors`.
     layers : frozenset of str
         What is drawn besides the keypoints.
     overlays_hidden : bool
@@ -124,6 +147,7 @@ class View:
     cropping_um: tuple[Vector, Vector] | None = None
     detail: bool = False
     maximized: Pane | None = None
+    review_colors: ReviewColors = "green_red"
     layers: frozenset[Layer] = field(default=FIRST_LAYERS)
     overlays_hidden: bool = False
 
