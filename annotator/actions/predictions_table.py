@@ -48,7 +48,7 @@ PREDICTIONS_ACTIONS: tuple[Action, ...] = (
         "Start from the Prediction",
         "Predictions",
         ("Ctrl+Alt+I",),
-        "Put unplaced keypoints where the checkpoint has them; each counts as predicted until it is accepted.",
+        "Put unplaced keypoints where the checkpoint has them; each counts as predicted until accepted.",
         "predicted",
         separated=True,
     ),
