@@ -54,6 +54,8 @@ def _reasons(session: Session) -> Iterator[tuple[str, str]]:
     yield "export_targets", session.exporting.refusal
     yield "rank_volumes", session.settling.reason
     yield "settle_consensus", session.settling.reason
+    yield "compute_errors", session.reviewing.refusal
+    yield "export_errors", session.agreeing.export_refusal
 
 
 def _active(session: Session) -> Part | None:
@@ -98,6 +100,20 @@ def _met(session: Session) -> Iterator[When]:
         yield "settling"
     if session.jobs.running:
         yield "jobs"
+    yield from _met_by_review(session)
+
+
+def _met_by_review(session: Session) -> Iterator[When]:
+    reviewing = session.reviewing
+    if reviewing.may_compute:
+        yield "reviewable"
+    table = reviewing.table
+    if table is not None and table.rows:
+        yield "reviewed"
+        if not session.agreeing.export_refusal:
+            yield "errors"
+    if reviewing.is_judgeable:
+        yield "judgeable"
 
 
 def _met_by_active(session: Session) -> Iterator[When]:
@@ -161,6 +177,8 @@ def _checked(session: Session) -> Iterator[str]:
         yield "detail"
     if view.rendering == "mip":
         yield "rendering"
+    if session.reviewing.verdict is not None:
+        yield f"verdict_{session.reviewing.verdict}"
 
 
 def _keypoint_texts(session: Session) -> Iterator[tuple[str, str]]:

@@ -28,6 +28,7 @@ from annotator.session.options import SessionOptions
 from annotator.session.others import Others
 from annotator.session.predicting import Predicting
 from annotator.session.recovering import tells_more
+from annotator.session.reviewing import Reviewing
 from annotator.session.settling import Settling
 from annotator.session.spacing_answer import SpacingAnswer
 from annotator.session.stepping import SessionStepping, skipped_words
@@ -68,6 +69,7 @@ class Session(SessionStepping):
         self.exporting = Exporting(self, self.agreeing, self)
         self.checkpoints = Checkpoints(self, self)
         self.predicting = Predicting(self, self.seeing, self)
+        self.reviewing = Reviewing(self, self.predicting, self.agreeing, self)
 
     # Opening and closing
 

@@ -20,6 +20,7 @@ from annotator.panels.consensus_panel import ConsensusPanel
 from annotator.panels.display_panel import DisplayPanel
 from annotator.panels.jobs_panel import JobsPanel
 from annotator.panels.pose_panel import PosePanel
+from annotator.panels.predictions_panel import PredictionsPanel
 from annotator.panels.worklist_panel import WorklistPanel
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
@@ -38,6 +39,7 @@ from annotator.window.file_handlers import FileHandlers
 from annotator.window.four_up import FourUp
 from annotator.window.held_key import HeldKey
 from annotator.window.questions import Questions
+from annotator.window.review_handlers import ReviewHandlers
 from annotator.window.start_page import StartPage
 from annotator.window.status_line import StatusLine
 from annotator.window.study_handlers import StudyHandlers
@@ -135,6 +137,7 @@ class MainWindow(QMainWindow):
                 **agreement.by_name(),
                 **ConsensusHandlers(session, self.questions, self, self._docks["consensus"]).by_name(),
                 **ToolsHandlers(session).by_name(),
+                **ReviewHandlers(session, self.questions, self, self._docks["predictions"]).by_name(),
                 **self._looks.by_name(),
                 **self._parts.by_name(),
                 "copy_pose": self._pose.copy_to_clipboard,
@@ -239,13 +242,15 @@ class MainWindow(QMainWindow):
             "display": self._dock("display", "Display", DisplayPanel(self.session), right),
             "agreement": self._dock("agreement", "Agreement", self._agreement, right),
             "consensus": self._dock("consensus", "Consensus", ConsensusPanel(self.session), right),
+            "predictions": self._dock("predictions", "Predictions", PredictionsPanel(self.session), right),
         }
         self.tabifyDockWidget(docks["pose"], docks["display"])
         self.tabifyDockWidget(docks["display"], docks["agreement"])
         self.tabifyDockWidget(docks["agreement"], docks["consensus"])
-        # Most people annotate: those who compare and settle ask for them.
-        docks["agreement"].hide()
-        docks["consensus"].hide()
+        self.tabifyDockWidget(docks["consensus"], docks["predictions"])
+        # Most people annotate: those who compare, settle and review ask for them.
+        for name in ("agreement", "consensus", "predictions"):
+            docks[name].hide()
         docks["pose"].raise_()
         return docks
 

@@ -1,0 +1,51 @@
+"""What the menu Predictions does about their review: errors, the walk through them, verdicts, the export."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import get_args
+
+from PySide6.QtWidgets import QDockWidget, QWidget
+
+from annotator.session import Session
+from annotator.session.reviewing import VerdictName
+from annotator.window.questions import Questions
+
+
+class ReviewHandlers:
+    """Turns menu entries into wishes about the review.
+
+    Parameters
+    ----------
+    window : QWidget
+        Parent of the dialog.
+    dock : QDockWidget
+        The panel of the predictions, which comes to the front when errors are computed.
+    """
+
+    def __init__(self, session: Session, questions: Questions, window: QWidget, dock: QDockWidget) -> None:
+        self._session = session
+        self._questions = questions
+        self._window = window
+        self._dock = dock
+
+    def by_name(self) -> Mapping[str, Callable[[], object]]:
+        """Return the handlers by the names of their actions."""
+        reviewing = self._session.reviewing
+        verdicts = {
+            f"verdict_{verdict}": partial(reviewing.judge, verdict) for verdict in get_args(VerdictName)
+        }
+        return {
+            "next_worse": partial(reviewing.step, 1),
+            "previous_worse": partial(reviewing.step, -1),
+            "compute_errors": self._compute,
+            "export_errors": self.export,
+            **verdicts,
+        }
+
+    def export(self) -> None:
+        """Ask which forms of the report are wanted, and where; then write it."""
+
+    def _compute(self) -> None:
+        self._dock.setVisible(True)
+        self._dock.raise_()
+        self._session.reviewing.compute()
