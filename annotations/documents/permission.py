@@ -1,14 +1,14 @@
 """Whether a person may see the others' work on a volume now, by the rules of the study."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from annotations.documents.files import load_annotation
 from annotations.documents.queue import queue
 from annotations.documents.study import AnnotationName, Study, annotation_path
-from annotations.errors import UserError
+from annotations.errors import Cancelled, UserError
 
 _NEVER = "In this study annotators do not see each other's work"
 
@@ -64,6 +64,34 @@ def permission(study: Study, folder: Path, person: str, volume_id: str) -> Permi
     if study.viewing.others == "never" and not study.is_reviewer(person):
         return Permission(may_see=False, reason=_NEVER)
     return FREE
+
+
+def check_may_see_all(
+    study: Study, folder: Path, person: str, problem: str, cancelled: Callable[[], bool] = lambda: False
+) -> None:
+    """Look whether a person may see everybody's work on every volume, by whichever method.
+
+    Parameters
+    ----------
+    problem : str
+        What is said where the person may not.
+    cancelled : callable, optional
+        Asked before each volume whether to stop.
+
+    Raises
+    ------
+    UserError
+        The person's own work is not done, or the study shows it to reviewers alone.
+    Cancelled
+        `cancelled` returned true.
+    """
+    for volume in study.volumes:
+        if cancelled():
+            raise Cancelled
+        if not permission(study, folder, person, volume.id).may_see:
+            raise UserError(
+                problem, remedy="Finish your own work in this study first, by each of your methods"
+            )
 
 
 def _has_repeats(study: Study) -> bool:

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.annotation import Annotation
-from annotations.documents.permission import permission
+from annotations.documents.permission import check_may_see_all
 from annotations.documents.study import CONSENSUS, STUDY_FILE, Study, annotation_name, study_folder_of
-from annotations.errors import Cancelled, UserError
+from annotations.errors import UserError
 from annotator.session.calibrating import annotated_folder
 from annotator.session.jobs import Job
 from annotator.session.opinion_watch import FileMarks, file_marks
 from annotator.session.remembered import Remembered
 from annotator.session.saving import SessionSaving
-from annotator.session.worklist import WorkItem
+from annotator.session.worklist import NAMELESS, WorkItem
 
 if TYPE_CHECKING:
     from annotations.agreement.results import Agreement
@@ -37,7 +37,7 @@ HTML_NAME, CSV_NAME, JSON_NAME, PDF_NAME = (
 )
 """What a report's files, and the folder of its tables, are called."""
 
-_NEUTRAL = "A volume of this study"
+_SHOWS_ALL = "the comparison shows what the others found in volumes that are not done by you"
 _REVIEWERS_EXPORT = "The report of this study is exported by its reviewers"
 
 
@@ -49,11 +49,6 @@ class Formats:
     csv: bool = True
     json: bool = True
     pdf: bool = True
-
-    @property
-    def any(self) -> bool:
-        """Whether there is anything to be written."""
-        return self.html or self.csv or self.json or self.pdf
 
 
 class Agreeing(QObject):
@@ -217,7 +212,7 @@ class Agreeing(QObject):
         if not self.is_blind:
             return volume
         place = self.index_of(volume)
-        return _NEUTRAL if place is None else self._session.items[place].label
+        return NAMELESS if place is None else self._session.items[place].label
 
     def index_of(self, volume: str) -> int | None:
         """Return where the first pass over a volume of the result stands among the session's items."""
@@ -329,7 +324,7 @@ class Agreeing(QObject):
 
     def _on_session_document_changed(self, before: Annotation | None, after: Annotation | None) -> None:
         # Another volume's document is no edit, and the consensus is not compared.
-        if before is None or after is None or self._is_stale or _what(before) != _what(after):
+        if before is None or after is None or self._is_stale or subject_of(before) != subject_of(after):
             return
         if after.annotator == CONSENSUS:
             return
@@ -360,7 +355,8 @@ def _places_of(ids: Mapping[str, str], items: tuple[WorkItem, ...]) -> Mapping[s
     return {volume: place for volume, place in places.items() if place is not None}
 
 
-def _what(document: Annotation) -> tuple[object, ...]:
+def subject_of(document: Annotation) -> tuple[object, ...]:
+    """Return what a document is about: two of one subject are one document, before and after an edit."""
     return (document.volume, document.annotator, document.method, document.repeat)
 
 
@@ -375,7 +371,8 @@ def _compared(
     from annotations.agreement.comparison import agreement_of  # late: few sessions compare
 
     if study is not None:
-        _check_permission(study, folder, person, cancelled)
+        # The open list tells of one method alone.
+        check_may_see_all(study, folder, person, _SHOWS_ALL, cancelled)
     return agreement_of(folder, (user_tool_folder,), progress=progress, cancelled=cancelled)
 
 
@@ -385,18 +382,6 @@ def _compared_marks(folder: Path, own: frozenset[str]) -> FileMarks:
 
     files, _ = files_of_study(folder) if (folder / STUDY_FILE).is_file() else files_below(folder)
     return file_marks(folder / each for each in files if Path(each).parent.name not in own)
-
-
-def _check_permission(study: Study, folder: Path, person: str, cancelled: Callable[[], bool]) -> None:
-    """Look at every volume and method of the person: the open list tells of one method alone."""
-    for volume in study.volumes:
-        if cancelled():
-            raise Cancelled
-        if not permission(study, folder, person, volume.id).may_see:
-            raise UserError(
-                "the comparison shows what the others found in volumes that are not done by you",
-                remedy="Finish your own work in this study first, by each of your methods",
-            )
 
 
 def _written(

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from annotations.documents.permission import permission
+from annotations.documents.permission import check_may_see_all
 from annotations.documents.study import Study
-from annotations.errors import Cancelled, UserError
+from annotations.errors import UserError
 from annotator.session.agreeing import Agreeing
 from annotator.session.jobs import Job
 from annotator.session.saving import SessionSaving
@@ -114,10 +114,6 @@ def _written(
 ) -> "Exported":
     from annotations.interchange.training_file import export_targets  # late: few sessions export
 
-    for volume in study.volumes:
-        if cancelled():
-            raise Cancelled
-        if not permission(study, folder, person, volume.id).may_see:
-            # The open list tells of one method alone.
-            raise UserError(_UNFINISHED, remedy="Finish your own work in this study first")
+    # The open list tells of one method alone.
+    check_may_see_all(study, folder, person, _UNFINISHED, cancelled)
     return export_targets(folder, output, options, progress, cancelled)
