@@ -1,6 +1,21 @@
 """The actions of the menu Predictions: checkpoints, what they predict, and what is made of it."""
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 from annotator.actions.action import Action
+
+if TYPE_CHECKING:
+    # Half a second that only those wait for who predict.
+    from annotations.prediction.verdicts import Verdict
+
+VERDICT_TITLES: "Mapping[Verdict, str]" = {
+    "annotation_wrong": "The Annotation Is Wrong",
+    "model_wrong": "The Model Is Wrong",
+    "both_wrong": "Both Are Wrong",
+    "neither_wrong": "Neither Is Wrong",
+}
+"""What the verdicts of a reviewer are called."""
 
 PREDICTIONS_ACTIONS: tuple[Action, ...] = (
     Action(
@@ -87,15 +102,7 @@ PREDICTIONS_ACTIONS: tuple[Action, ...] = (
             "judgeable",
             checkable=True,
         )
-        for number, (verdict, text) in enumerate(
-            (
-                ("annotation_wrong", "The Annotation Is Wrong"),
-                ("model_wrong", "The Model Is Wrong"),
-                ("both_wrong", "Both Are Wrong"),
-                ("neither_wrong", "Neither Is Wrong"),
-            ),
-            start=5,
-        )
+        for number, (verdict, text) in enumerate(VERDICT_TITLES.items(), start=5)
     ),
     Action(
         "compute_errors",

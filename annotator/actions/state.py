@@ -112,7 +112,7 @@ def _met_by_review(session: Session) -> Iterator[When]:
         yield "reviewed"
         if not session.agreeing.export_refusal:
             yield "errors"
-    if reviewing.is_judgeable:
+    if session.judging.is_judgeable:
         yield "judgeable"
 
 
@@ -177,8 +177,8 @@ def _checked(session: Session) -> Iterator[str]:
         yield "detail"
     if view.rendering == "mip":
         yield "rendering"
-    if session.reviewing.verdict is not None:
-        yield f"verdict_{session.reviewing.verdict}"
+    if (judged := session.judging.own) is not None:
+        yield f"verdict_{judged.verdict}"
 
 
 def _keypoint_texts(session: Session) -> Iterator[tuple[str, str]]:

@@ -22,6 +22,7 @@ from annotator.session.exporting import Exporting
 from annotator.session.first_view import first_view, nothing_open
 from annotator.session.identifying import Identifying
 from annotator.session.jobs import Job, Result
+from annotator.session.judging import Judging
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
@@ -69,7 +70,8 @@ class Session(SessionStepping):
         self.exporting = Exporting(self, self.agreeing, self)
         self.checkpoints = Checkpoints(self, self)
         self.predicting = Predicting(self, self.seeing, self)
-        self.reviewing = Reviewing(self, self.predicting, self.agreeing, self)
+        self.reviewing = Reviewing(self, self.predicting, self.agreeing, self.open_item, self)
+        self.judging = Judging(self, self.reviewing, self)
 
     # Opening and closing
 

@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import get_args
 
 from PySide6.QtWidgets import QDockWidget, QWidget
 
+from annotator.actions.predictions_table import VERDICT_TITLES
 from annotator.session import Session
-from annotator.session.reviewing import VerdictName
 from annotator.window.questions import Questions
 
 
@@ -31,15 +30,13 @@ class ReviewHandlers:
     def by_name(self) -> Mapping[str, Callable[[], object]]:
         """Return the handlers by the names of their actions."""
         reviewing = self._session.reviewing
-        verdicts = {
-            f"verdict_{verdict}": partial(reviewing.judge, verdict) for verdict in get_args(VerdictName)
-        }
+        judge = self._session.judging.judge
         return {
             "next_worse": partial(reviewing.step, 1),
             "previous_worse": partial(reviewing.step, -1),
             "compute_errors": self._compute,
             "export_errors": self.export,
-            **verdicts,
+            **{f"verdict_{verdict}": partial(judge, verdict) for verdict in VERDICT_TITLES},
         }
 
     def export(self) -> None:

@@ -1,0 +1,83 @@
+"""What a reviewer says of the open volume: who is wrong, and why."""
+
+from functools import partial
+
+from PySide6.QtCore import Slot
+from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
+
+from annotator.actions.predictions_table import VERDICT_TITLES
+from annotator.looks.labels import WrappedText
+from annotator.looks.naming import named
+from annotator.session import Session
+
+_COLUMNS = 2
+_NOTE_LATER = "A note, once you have said who is wrong"
+_NOTE = "A note on your verdict"
+_NO_ROW = "Open a volume of the list, and say who is wrong where the two differ."
+_OUTDATED = "The annotation has been changed since your verdict: give it again, or another one."
+
+
+class VerdictBox(QWidget):
+    """A button for each verdict, which records it or takes it back, and a note, kept when it is left."""
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._judging = session.judging
+        self._volume: str | None = None
+        self._words = WrappedText(name="verdict_words")
+        self._words.set_color(lambda colors: colors.muted)
+        self._outdated = WrappedText(_OUTDATED, name="verdict_outdated")
+        self._outdated.set_color(lambda colors: colors.warning)
+        grid = QGridLayout()
+        grid.setSpacing(self.fontMetrics().height() // 4)
+        self._buttons: dict[str, QPushButton] = {}
+        for place, (verdict, title) in enumerate(VERDICT_TITLES.items()):
+            button = named(QPushButton(title.capitalize()), f"verdict_{verdict}")
+            button.setToolTip("Records that at once; pressed again it is taken back")
+            button.setCheckable(True)
+            button.clicked.connect(partial(self._judging.judge, verdict))
+            self._buttons[verdict] = button
+            grid.addWidget(button, *divmod(place, _COLUMNS))
+        self._note = named(QLineEdit(), "verdict_note", title="Note on the verdict")
+        self._note.editingFinished.connect(self._on_note_editing_finished)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._words)
+        layout.addLayout(grid)
+        layout.addWidget(self._outdated)
+        layout.addWidget(self._note)
+        self._judging.changed.connect(self._draw)
+        session.reviewing.changed.connect(self._draw)
+        self._draw()
+
+    @Slot()
+    def _on_note_editing_finished(self) -> None:
+        self._keep_note()
+
+    def _keep_note(self) -> None:
+        """Write down what was typed, for the volume for which it was: the next one may be open by now."""
+        if self._volume is not None and self._note.isModified():
+            self._note.setModified(False)
+            self._judging.write_note(self._volume, self._note.text())
+
+    @Slot()
+    def _draw(self) -> None:
+        judging = self._judging
+        volume = judging.open_volume
+        if volume != self._volume:
+            self._keep_note()
+        judgement = judging.open_judgement
+        own = judgement.own
+        if volume != self._volume or not self._note.isModified():
+            self._note.setText(own.note if own is not None else "")
+        self._volume = volume
+        others = judgement.lines[1:] if own is not None else judgement.lines
+        words = _NO_ROW if volume is None else "\n".join(others)
+        self._words.setText(words)
+        self._words.setVisible(bool(words))
+        for verdict, button in self._buttons.items():
+            button.setEnabled(volume is not None)
+            button.setChecked(own is not None and own.verdict == verdict)
+        self._outdated.setVisible(judgement.is_outdated)
+        self._note.setEnabled(own is not None)
+        self._note.setPlaceholderText(_NOTE if own is not None else _NOTE_LATER)
