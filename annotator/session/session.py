@@ -23,6 +23,7 @@ from annotator.session.first_view import first_view, nothing_open
 from annotator.session.identifying import Identifying
 from annotator.session.jobs import Job, Result
 from annotator.session.judging import Judging
+from annotator.session.living import Living
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
@@ -70,6 +71,7 @@ class Session(SessionStepping):
         self.exporting = Exporting(self, self.agreeing, self)
         self.checkpoints = Checkpoints(self, self)
         self.predicting = Predicting(self, self.seeing, self)
+        self.living = Living(self, self.predicting, self)
         self.reviewing = Reviewing(self, self.predicting, self.agreeing, self.open_item, self)
         self.judging = Judging(self, self.reviewing, self)
 

@@ -38,6 +38,7 @@ from annotator.window.dock_columns import DockColumns
 from annotator.window.file_handlers import FileHandlers
 from annotator.window.four_up import FourUp
 from annotator.window.held_key import HeldKey
+from annotator.window.live_handlers import LiveHandlers
 from annotator.window.questions import Questions
 from annotator.window.review_handlers import ReviewHandlers
 from annotator.window.start_page import StartPage
@@ -110,6 +111,7 @@ class MainWindow(QMainWindow):
         self._annotation = AnnotationPanel(session)
         self._pose = PosePanel(session)
         self._agreement = AgreementPanel(session)
+        self._predictions = PredictionsPanel(session)
         self._docks = self._make_docks()
         self._columns = DockColumns(self._docks, centre, self._annotation.method, self)
         self.status = StatusLine(session)
@@ -137,6 +139,7 @@ class MainWindow(QMainWindow):
                 **agreement.by_name(),
                 **ConsensusHandlers(session, self.questions, self, self._docks["consensus"]).by_name(),
                 **ToolsHandlers(session).by_name(),
+                **LiveHandlers(session, self).by_name(),
                 **ReviewHandlers(session, self.questions, self, self._docks["predictions"]).by_name(),
                 **self._looks.by_name(),
                 **self._parts.by_name(),
@@ -242,7 +245,7 @@ class MainWindow(QMainWindow):
             "display": self._dock("display", "Display", DisplayPanel(self.session), right),
             "agreement": self._dock("agreement", "Agreement", self._agreement, right),
             "consensus": self._dock("consensus", "Consensus", ConsensusPanel(self.session), right),
-            "predictions": self._dock("predictions", "Predictions", PredictionsPanel(self.session), right),
+            "predictions": self._dock("predictions", "Predictions", self._predictions, right),
         }
         self.tabifyDockWidget(docks["pose"], docks["display"])
         self.tabifyDockWidget(docks["display"], docks["agreement"])
@@ -290,6 +293,7 @@ class MainWindow(QMainWindow):
         self._annotation.method_requested.connect(self._on_annotation_method_requested)
         self._annotation.derive_requested.connect(self.actions_by_name["derive"].trigger)
         self._agreement.export_requested.connect(self.actions_by_name["export_agreement"].trigger)
+        self._predictions.action_requested.connect(self._on_predictions_action_requested)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -297,6 +301,8 @@ class MainWindow(QMainWindow):
         session.save_state_changed.connect(self._on_session_save_state_changed)
         session.undo_stack.indexChanged.connect(self._on_undo_stack_index_changed)
         session.jobs.job_changed.connect(self._on_jobs_job_changed)
+        session.reviewing.changed.connect(self._draw_actions)
+        session.judging.changed.connect(self._draw_actions)
 
     def _draw_actions(self) -> None:
         state = state_of(self.session, self._settings.recent_paths)
@@ -344,6 +350,10 @@ class MainWindow(QMainWindow):
     @Slot(str)
     def _on_annotation_method_requested(self, method: Method) -> None:
         self.actions_by_name[f"method_{method}"].trigger()
+
+    @Slot(str)
+    def _on_predictions_action_requested(self, name: str) -> None:
+        self.actions_by_name[name].trigger()
 
     @Slot(object)
     def _on_jobs_job_changed(self, job: Job) -> None:

@@ -1,0 +1,39 @@
+"""What the menu Predictions does about volumes that come one after the other: it shows them in a window."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QWidget
+
+from annotator.session import Session
+
+if TYPE_CHECKING:
+    from annotator.dialogs.live_window import LiveWindow
+
+
+class LiveHandlers:
+    """Opens the live view, of which there is one.
+
+    Parameters
+    ----------
+    window : QWidget
+        Parent of the live view's window.
+    """
+
+    def __init__(self, session: Session, window: QWidget) -> None:
+        self._session = session
+        self._window = window
+        self._shown: LiveWindow | None = None
+
+    def by_name(self) -> Mapping[str, Callable[[], object]]:
+        """Return the handlers by the names of their actions."""
+        return {"live_view": self._show}
+
+    def _show(self) -> None:
+        from annotator.dialogs.live_window import LiveWindow  # late: few have a scanner
+
+        if self._shown is None:
+            self._shown = LiveWindow(self._session, self._window)
+        self._shown.show()
+        self._shown.raise_()
+        self._shown.activateWindow()
