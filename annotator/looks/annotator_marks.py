@@ -7,7 +7,7 @@ from functools import lru_cache
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap, QPolygonF
 
-from annotations.agreement.report.palette import annotator_look
+from annotations.agreement.report.palette import numbered_look
 
 MARK_RADIUS_PX = 4.5
 """Smaller than a keypoint of one's own, and no disc: nobody takes one for the other."""
@@ -53,7 +53,7 @@ _FORMS = {
 @lru_cache(maxsize=64)
 def annotator_color(number: int) -> QColor:
     """Return the colour of the annotator with a place in the order of all: the report's, for dark ground."""
-    color = QColor(annotator_look(number).color)
+    color = QColor(numbered_look(number).color)
     return color if color.lightness() else _BLACK_ON_DARK
 
 
@@ -172,7 +172,7 @@ def _shared(first: QRectF, second: QRectF) -> float:
 
 @lru_cache(maxsize=64)
 def _form(number: int, radius_px: float) -> QPolygonF:
-    corners = _FORMS[annotator_look(number).marker]
+    corners = _FORMS[numbered_look(number).marker]
     return QPolygonF([QPointF(x, y) * radius_px for x, y in corners])
 
 

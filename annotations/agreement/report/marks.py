@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from annotations.agreement.report.labels import Unit
 from annotations.agreement.report.palette import FAINT, GRID, INK, Look
 from annotations.agreement.report.typesetting import line_width_in
 from annotations.agreement.results import Estimate
@@ -115,7 +114,7 @@ def names(axes: "Axes", labels: Sequence[str], *, is_first: bool) -> None:
     axes.set_ylim(len(labels) - 0.5, -0.5)
 
 
-def dress(axes: "Axes", title: str, unit: Unit) -> None:
+def dress(axes: "Axes", title: str, unit: str) -> None:
     """Give axes their title, with the unit of the numbers along them, and a grid to read them by."""
     axes.set_title(f"{title} ({unit})", fontsize=FONT + 1, color=INK)
     axes.tick_params(labelsize=FONT, color=FAINT, length=2)

@@ -50,7 +50,7 @@ def method_look(method: Method) -> Look:
     return KEYPOINTS if method == "keypoints" else BOXES
 
 
-def annotator_look(number: int) -> Look:
-    """Return how an annotator is drawn, by the place among all; the first 77 are all different."""
+def numbered_look(number: int) -> Look:
+    """Return how one of several is drawn, by its place among all; the first 77 are all different."""
     lines: tuple[LineStyle, ...] = ("-", "--", "-.", ":")
     return Look(_COLORS[number % len(_COLORS)], _MARKERS[number % len(_MARKERS)], lines[number % len(lines)])

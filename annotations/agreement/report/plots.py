@@ -27,7 +27,7 @@ from annotations.agreement.report.marks import (
     offset,
     room_for,
 )
-from annotations.agreement.report.palette import INK, annotator_look, method_look
+from annotations.agreement.report.palette import INK, method_look, numbered_look
 from annotations.agreement.results import (
     Agreement,
     AnnotatorResult,
@@ -196,7 +196,7 @@ def _by_annotator(
         cells = grid(figure, len(quantities), room_for(labels))
         for number, (axes, name) in enumerate(zip(cells, quantities, strict=True)):
             for row, annotator in enumerate(annotators):
-                look = annotator_look(everybody.index(annotator.annotator))
+                look = numbered_look(everybody.index(annotator.annotator))
                 rows = np.array([float(row)])
                 estimates(axes, [value_of(annotator, name)], rows, look)
             names(axes, labels, is_first=number % COLUMNS == 0)

@@ -12,7 +12,7 @@ import numpy as np
 from annotations.agreement.report.contents import Photo
 from annotations.agreement.report.labels import METHODS, drawable, label_of, measure, unit_of
 from annotations.agreement.report.marks import FONT, LEGEND_IN, WIDTH_IN, Room, grid, legend
-from annotations.agreement.report.palette import FAINT, GRID, Look, annotator_look
+from annotations.agreement.report.palette import FAINT, GRID, Look, numbered_look
 from annotations.agreement.report.pictures import picture_bytes
 from annotations.agreement.report.scenes import Scene, read_scene
 from annotations.agreement.results import Agreement, VolumeResult
@@ -82,7 +82,7 @@ def thumbnails(
 
 
 def _picture(agreement: Agreement, method: Method, volume: VolumeResult, scene: Scene) -> Photo:
-    looks = {name: annotator_look(agreement.annotators.index(name)) for name in scene.placed}
+    looks = {name: numbered_look(agreement.annotators.index(name)) for name in scene.placed}
     legend_in = LEGEND_IN * math.ceil(len(looks) / _IN_LEGEND_ROW)
     targets = ", ".join(
         f"{label_of(target)} {measure(volume.targets[target], unit_of(target))}"
