@@ -61,9 +61,14 @@ def scrolling_column(widgets: Sequence[QWidget], name: str) -> QScrollArea:
     for widget in widgets:
         column.addWidget(widget)
     column.addStretch(1)
+    return scrolling(inside, name)
+
+
+def scrolling(widget: QWidget, name: str) -> QScrollArea:
+    """Return a widget in an area that is filled by it, and scrolls where there is less room than it needs."""
     scroll = QScrollArea()
     scroll.setObjectName(name)
     scroll.setWidgetResizable(True)
     scroll.setFrameShape(QScrollArea.Shape.NoFrame)
-    scroll.setWidget(inside)
+    scroll.setWidget(widget)
     return scroll

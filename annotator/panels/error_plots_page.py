@@ -18,7 +18,7 @@ from annotator.session.review import Review
 
 _DPI = 96
 # Narrower or wider, its letters would be on top of each other, or lost.
-_LEAST_WIDTH_IN, _MOST_WIDTH_IN = 3.6, 8.0
+_LEAST_WIDTH_IN, _MOST_WIDTH_IN = 3.2, 8.0
 _HEIGHT_SHARE = 0.75
 _RESIZES_AFTER_MS = 200
 _DRAWING = "Drawing…"
@@ -31,6 +31,7 @@ class ErrorPlotsPage(QWidget):
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.setObjectName("error_plots_page")
         self._session = session
         self._plots: tuple[ErrorPlot, ...] = ()
         self._reviewed: Review | None = None

@@ -1,6 +1,6 @@
 """The columns of the table of errors: what stands in each, by what it sorts, and what people come to."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from annotations.agreement.report.labels import NOTHING
 from annotations.prediction.error_table import ErrorsOfVolume, ErrorTable
 from annotations.prediction.error_text import column_title, decimals_of, mean_and_deviation
-from annotations.prediction.prediction_errors import ErrorFigures, error_figures
+from annotations.prediction.prediction_errors import error_figures
 from annotations.prediction.ranking import RankedVolume
 from annotator.session.judging import Judgement
 
@@ -17,6 +17,7 @@ _RATIO = (
     "How many times further the checkpoint is from what people say than people are from each other, in the "
     "target in which that is most: what the volumes are ranked by"
 )
+_RANK = "Which volume needs a look first; no volume has two annotators who could be apart from each other"
 _FLOOR = "in brackets how far the annotators of the volume are apart; coloured where the error is larger"
 _BY_FORMULAS, _BY_FIT = "of the predicted keypoints", "of the pose that was fitted to them"
 
@@ -97,25 +98,18 @@ def columns_of(table: ErrorTable, *, by_fit: bool) -> tuple[Column, ...]:
             lambda volume: volume.label,
             lambda volume: volume.label.casefold(),
             is_number=False,
-            summary=lambda volumes: f"mean ± SD, {len(volumes)}",
-            people="" if table.human is None else f"people, {_compared(table)}",
+            summary=lambda _volumes: "mean ± SD",
+            people="people" if table.human is not None else "",
         ),
-        Column(
-            "× people",
-            _RATIO,
-            lambda volume: _times(volume.ranked.ratio),
-            # The worst is the largest.
-            lambda volume: -volume.rank,
-            is_beyond=lambda volume: volume.ranked.ratio is not None and volume.ranked.ratio > 1,
-        ),
+        _rank_column(table),
         *(_target_column(table, name, by_fit) for name in table.by_formulas.targets),
         _keypoints_column(by_fit),
         Column(
             "sure",
             "How sure the network is that the keypoint of which it is least sure is there at all",
-            lambda volume: f"{volume.errors.presence:.0%}",
+            lambda volume: f"{volume.errors.presence:.1%}",
             lambda volume: volume.errors.presence,
-            summary=lambda volumes: _summary([volume.errors.presence * 100 for volume in volumes], 0),
+            summary=lambda volumes: _summary([volume.errors.presence * 100 for volume in volumes], 1),
         ),
         Column(
             "spread (µm)",
@@ -152,6 +146,19 @@ def explained(volume: ReviewedVolume) -> str:
         worst = max(errors.keypoints_um, key=lambda name: errors.keypoints_um[name])
         lines.append(f"Furthest off: {worst}, {errors.keypoints_um[worst]:,.0f} µm")
     return "\n".join([*lines, *volume.judgement.lines])
+
+
+def _rank_column(table: ErrorTable) -> Column:
+    if table.human is None:
+        return Column("rank", _RANK, lambda volume: str(volume.rank + 1), lambda volume: -volume.rank)
+    return Column(
+        "× people",
+        _RATIO,
+        lambda volume: NOTHING if volume.ranked.ratio is None else f"× {volume.ranked.ratio:,.1f}",
+        # The first of the ranking has the largest one.
+        lambda volume: -volume.rank,
+        is_beyond=lambda volume: volume.ranked.ratio is not None and volume.ranked.ratio > 1,
+    )
 
 
 def _target_column(table: ErrorTable, name: str, by_fit: bool) -> Column:
@@ -201,16 +208,6 @@ def _keypoints_column(by_fit: bool) -> Column:
         mean_um,
         summary=lambda volumes: _summary([mean_um(volume) for volume in volumes], 0),
     )
-
-
-def _compared(table: ErrorTable) -> int:
-    """Return of how many volumes it is known how far people are apart."""
-    figures: Mapping[str, ErrorFigures] = table.human.targets if table.human is not None else {}
-    return max((each.n for each in figures.values()), default=0)
-
-
-def _times(ratio: float | None) -> str:
-    return NOTHING if ratio is None else f"× {ratio:,.1f}"
 
 
 def _number(value: float | None, decimals: int) -> str:

@@ -36,6 +36,7 @@ class ErrorsPage(QWidget):
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.setObjectName("errors_page")
         self._session = session
         self._drawn: object = None
         self._is_selecting = False

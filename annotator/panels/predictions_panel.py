@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from annotations.documents.study import CONSENSUS
+from annotator.looks.folding import scrolling
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.session import Session
@@ -142,7 +143,8 @@ class PredictionsPanel(QWidget):
         session = self._session
         self._pages = ErrorsPage(session), ErrorPlotsPage(session), PairedPage(session)
         for page, title in zip(self._pages, ("Errors", "Plots", "Side by side"), strict=True):
-            self._tabs.addTab(page, title)
+            # In a low window they scroll, rather than make it taller than its screen.
+            self._tabs.addTab(scrolling(page, f"{page.objectName()}_scroll"), title)
 
     @Slot(int)
     def _on_checkpoint_activated(self, _: int) -> None:
