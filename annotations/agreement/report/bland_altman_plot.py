@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from annotations.agreement.report.contents import Plot
-from annotations.agreement.report.labels import METHODS, drawable, label_of, unit_of
+from annotations.agreement.report.labels import METHODS, drawable, with_unit
 from annotations.agreement.report.marks import COLUMNS, FONT, WIDTH_IN, Room, dress, grid
 from annotations.agreement.report.palette import INK, method_look
 from annotations.agreement.results import Agreement, BlandAltman, MethodResult
@@ -80,7 +80,7 @@ def _plot(shown: Sequence[_Compared], method: Method) -> Plot | None:
 
 
 def _draw(axes: "Axes", each: _Compared, method: Method) -> None:
-    limits, look, unit = each.limits, method_look(method), unit_of(each.component)
+    limits, look = each.limits, method_look(method)
     if limits.points:
         across, upwards = zip(*limits.points, strict=True)
         axes.plot(across, upwards, look.marker, color=look.color, markersize=3, alpha=0.6, markeredgewidth=0)
@@ -91,9 +91,9 @@ def _draw(axes: "Axes", each: _Compared, method: Method) -> None:
         axes.axhline(limits.bias, color=INK, linewidth=1)
     for end in limits.limits or ():
         axes.axhline(end, color=INK, linewidth=1, linestyle="--")
-    dress(axes, label_of(each.component), unit)
+    dress(axes, with_unit(each.component))
     axes.set_title(
-        f"{label_of(each.component)} ({unit})\n{_short(each.first)} − {_short(each.second)}", fontsize=FONT
+        f"{with_unit(each.component)}\n{_short(each.first)} − {_short(each.second)}", fontsize=FONT
     )
     axes.set_xlabel("mean of the two", fontsize=FONT, labelpad=1)
     axes.locator_params(axis="x", nbins=2)

@@ -114,9 +114,9 @@ def names(axes: "Axes", labels: Sequence[str], *, is_first: bool) -> None:
     axes.set_ylim(len(labels) - 0.5, -0.5)
 
 
-def dress(axes: "Axes", title: str, unit: str) -> None:
-    """Give axes their title, with the unit of the numbers along them, and a grid to read them by."""
-    axes.set_title(f"{title} ({unit})", fontsize=FONT + 1, color=INK)
+def dress(axes: "Axes", title: str) -> None:
+    """Give axes their title, which has the unit of the numbers along them, and a grid to read them by."""
+    axes.set_title(title, fontsize=FONT + 1, color=INK)
     axes.tick_params(labelsize=FONT, color=FAINT, length=2)
     axes.grid(color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)

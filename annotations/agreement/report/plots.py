@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from annotations.agreement.report.contents import Plot
-from annotations.agreement.report.labels import METHODS, STATISTICS, drawable, label_of, methods_of, unit_of
+from annotations.agreement.report.labels import METHODS, STATISTICS, drawable, methods_of, with_unit
 from annotations.agreement.report.marks import (
     COLUMNS,
     FONT,
@@ -60,7 +60,7 @@ def statistics_plot(agreement: Agreement) -> Plot:
                 look = method_look(method)
                 estimates(axes, values, rows, look)
             names(axes, rows_named, is_first=target == agreement.targets[0])
-            dress(axes, label_of(target), unit_of(target))
+            dress(axes, with_unit(target))
             axes.set_xlim(left=0)
         legend(figure, [method_look(method) for method in methods], [METHODS[method] for method in methods])
 
@@ -123,7 +123,7 @@ def keypoints_plot(agreement: Agreement, method: Method) -> Plot:
             values = [_published(getattr(keypoint, part)) for keypoint in keypoints.values()]
             estimates(axes, values, np.arange(len(values)), method_look(method))
             names(axes, [drawable(name) for name in keypoints], is_first=number == 0)
-            dress(axes, label, "µm")
+            dress(axes, f"{label} (µm)")
             axes.set_xlim(left=0)
 
     return Plot(
@@ -145,7 +145,7 @@ def volumes_plot(agreement: Agreement) -> Plot:
         for axes, target in zip(grid(figure, len(agreement.targets), room), agreement.targets, strict=True):
             for method in methods:
                 _cumulate(axes, agreement.methods[method], target, method)
-            dress(axes, label_of(target), unit_of(target))
+            dress(axes, with_unit(target))
             axes.set_xlim(left=0)
             axes.set_ylim(0, 103)
             if target == agreement.targets[0]:
@@ -200,7 +200,7 @@ def _by_annotator(
                 rows = np.array([float(row)])
                 estimates(axes, [value_of(annotator, name)], rows, look)
             names(axes, labels, is_first=number % COLUMNS == 0)
-            dress(axes, label_of(name), unit_of(name))
+            dress(axes, with_unit(name))
             if is_signed:
                 axes.axvline(0, color=INK, linewidth=0.8)
                 # Symmetric, so that left and right are compared at a glance.

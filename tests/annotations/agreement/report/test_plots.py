@@ -59,7 +59,7 @@ def test_numbers_below_neighbouring_axes_do_not_touch() -> None:
         cells = grid(figure, 4, room_for(["anna"]))
         for axes in cells:
             axes.set_xlim(*values)
-            dress(axes, "Position", "µm")
+            dress(axes, "Position (µm)")
         figure.draw_without_rendering()
         spans = [
             (box.x0, box.x1)
