@@ -1,0 +1,1 @@
+"""The errors of checkpoints as plots, pictures and files."""
