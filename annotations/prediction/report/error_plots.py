@@ -103,11 +103,15 @@ class ErrorPlot:
 
 @dataclass(frozen=True)
 class _Condition:
-    """What may have to do with an error: ``label`` has the unit; ``value`` is None where it is unknown."""
+    """What may have to do with an error.
+
+    ``label`` has the unit, ``words`` say in a sentence what it is; ``value`` is None where it is unknown.
+    """
 
     key: str
     title: str
     label: str
+    words: str
     value: Callable[[ErrorsOfVolume], float | None]
 
 
@@ -142,13 +146,15 @@ def _conditions(tool: ToolSpecification) -> tuple[_Condition, ...]:
         _Condition(
             "presence",
             "Error against confidence",
-            "how sure of the least sure keypoint (%)",
+            "confidence (%)",
+            "Confidence is how sure the network is that the keypoint of which it is least sure is there.",
             lambda row: _PER_CENT * row.presence,
         ),
         _Condition(
             "spread",
             "Error against the width of the heatmaps",
-            "standard deviation of the heatmaps (µm)",
+            "width of the heatmaps (µm)",
+            "Their width is the other way in which the network says how sure it is.",
             lambda row: row.spread_um,
         ),
         *(
@@ -156,6 +162,7 @@ def _conditions(tool: ToolSpecification) -> tuple[_Condition, ...]:
                 each.name,
                 f"Error against {label_of(each.name)}",
                 f"true {label_of(each.name)} (°)",
+                "The angle is that of the annotation, without its sign.",
                 angle(each.name),
             )
             for each in tool.targets.angles
@@ -163,13 +170,15 @@ def _conditions(tool: ToolSpecification) -> tuple[_Condition, ...]:
         _Condition(
             "depth",
             "Error against depth",
-            "mean depth of the true keypoints (mm)",
+            "mean depth (mm)",
+            "The depth is that of the true keypoints, their mean.",
             lambda row: None if row.depth_um is None else row.depth_um / _UM_PER_MM,
         ),
         _Condition(
             "visible",
             "Error against the visible share",
-            "share of the tool in the volume (%)",
+            "share of the tool in view (%)",
+            "The share is that of the length of the tool's axes which lies in the volume.",
             lambda row: None if row.visible_share is None else _PER_CENT * row.visible_share,
         ),
     )
@@ -220,20 +229,17 @@ def _scatter(
     )
     if x.size >= _BINS * _LEAST_IN_BIN:
         parts = np.array_split(np.argsort(x, kind="stable"), _BINS)
-        axes.plot(
-            [np.median(x[part]) for part in parts],
-            [np.median(y[part]) for part in parts],
-            color=look.color,
-            linestyle=look.line,
-            linewidth=1.6,
-        )
+        medians = [[np.median(of_points[part]) for part in parts] for of_points in (x, y)]
+        # Seen over its own points and those of other checkpoints.
+        axes.plot(*medians, color="white", linewidth=3.4, zorder=3)
+        axes.plot(*medians, color=look.color, linestyle=look.line, linewidth=1.6, zorder=4)
     return PlottedPoints(axes, x, y, tuple(each[2] for each in known))
 
 
 def _scatter_caption(condition: _Condition, tables: Sequence[ErrorTable], targets: Sequence[str]) -> str:
-    said = ["Each point is a volume, the error on a logarithmic scale."]
+    said = [f"Each point is a volume, the error on a logarithmic scale. {condition.words}"]
     if any(len(table.rows) >= _BINS * _LEAST_IN_BIN for table in tables):
-        said.append("The line joins the medians of six parts with as many volumes each.")
+        said.append("The line joins the medians of six parts with equally many volumes.")
     if any(_floor(tables, target) is not None for target in targets):
         said.append("Dotted: how far the annotators are from the mean of all.")
     absent = sum(

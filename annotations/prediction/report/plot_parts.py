@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from annotations.agreement.report.contents import Surface
 
 _BESIDE_NAME_IN = 0.6
-_FEW_DECADES = 2.5
+_ROOM_IN = {"x": 0.9, "y": 0.45}
+"""How long a decade must be for three numbers beside it."""
 
 
 def looks_of(tables: Sequence[ErrorTable]) -> tuple[Look, ...]:
@@ -47,8 +48,9 @@ def logarithmic(axes: "Axes", which: Literal["x", "y"]) -> None:
         axes.set_yscale("log")
     axis = axes.xaxis if which == "x" else axes.yaxis
     low, high = axis.get_view_interval()
-    # Over a decade or two the powers of ten alone are too few.
-    steps = (1.0, 2.0, 5.0) if math.log10(high / low) < _FEW_DECADES else (1.0,)
+    length_px = axes.bbox.width if which == "x" else axes.bbox.height
+    decade_in = length_px / axes.figure.dpi / math.log10(high / low)
+    steps = (1.0, 2.0, 5.0) if decade_in > _ROOM_IN[which] else (1.0,)
     axis.set_major_locator(LogLocator(subs=steps))
     axis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
     axis.set_minor_locator(NullLocator())
