@@ -194,14 +194,7 @@ def decode(heatmaps: ArrayLike, convention: HeatmapConvention) -> DecodedHeatmap
     count, shape = len(values), values.shape[1:]
     flat = values.reshape(count, -1)
     largest = flat.max(axis=1)
-    sharpness = np.float32(convention.temperature if convention.decoding == "soft-argmax" else 1.0)
-    # An argmax has no distribution of its own; that of the heatmap's upper half tells how wide its peak is.
-    if convention.decoding == "argmax":
-        weights = np.maximum(flat - np.maximum(largest, 0)[:, None] / 2, 0)
-    else:
-        weights = flat - largest[:, None]
-        weights *= sharpness
-        np.exp(weights, out=weights)
+    weights = _weights(flat, largest, convention)
     marginals = _marginals(weights.reshape(values.shape))
     mass = marginals[0].sum(axis=1)
     safe_mass = np.where(mass > 0, mass, 1.0)[:, None]
@@ -225,6 +218,40 @@ def decode(heatmaps: ArrayLike, convention: HeatmapConvention) -> DecodedHeatmap
         mean = np.stack(np.unravel_index(flat.argmax(axis=1), shape), axis=1).astype(np.float64)
     mean[~is_there] = np.nan
     return DecodedHeatmaps(mean, peak, presence, spread)
+
+
+def probabilities(heatmaps: ArrayLike, convention: HeatmapConvention) -> NDArray[np.float32]:
+    """Return how likely each keypoint is in each voxel, as `decode` takes it.
+
+    Parameters are those of `decode`.
+
+    Returns
+    -------
+    ndarray of float32, shape (n, h0, h1, h2)
+        Each keypoint's sum to its `DecodedHeatmaps.presence`.
+    """
+    values = np.asarray(heatmaps, dtype=np.float32)
+    flat = values.reshape(len(values), -1)
+    weights = _weights(flat, flat.max(axis=1), convention)
+    mass = weights.sum(axis=1, dtype=np.float64)
+    share = decode(values, convention).presence / np.where(mass > 0, mass, 1.0)
+    weights *= share.astype(np.float32)[:, None]
+    return weights.reshape(values.shape)
+
+
+def _weights(
+    flat: NDArray[np.float32], largest: NDArray[np.float32], convention: HeatmapConvention
+) -> NDArray[np.float32]:
+    """Return the distributions that are averaged, up to a factor each, shape (n, voxels), of heatmaps alike.
+
+    An argmax has none of its own; that of the heatmap's upper half tells how wide its peak is.
+    """
+    if convention.decoding == "argmax":
+        return np.asarray(np.maximum(flat - np.maximum(largest, 0)[:, None] / 2, 0))
+    weights = flat - largest[:, None]
+    weights *= np.float32(convention.temperature if convention.decoding == "soft-argmax" else 1.0)
+    np.exp(weights, out=weights)
+    return np.asarray(weights)
 
 
 def _marginals(weights: NDArray[np.float32]) -> tuple[Array, Array, Array]:

@@ -1,6 +1,6 @@
 """The prediction document: what one checkpoint says of one volume. Frozen, and made anew, never edited."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
@@ -191,13 +191,22 @@ def prediction_of(
         tool_fingerprint=tool.fingerprint,
         tool_copy=None if ships(tool) else tool,
         checkpoint=checkpoint,
-        keypoints=tuple(_keypoint(predicted, number, volume) for number in range(len(predicted.names))),
-        pose=None if pose is None else _fitted(pose),
+        keypoints=keypoints_of(predicted, volume.contains),
+        pose=None if pose is None else fitted_pose(pose),
         created=now(),
     )
 
 
-def _keypoint(predicted: PredictedKeypoints, number: int, volume: VolumeReference) -> PredictedKeypoint:
+def keypoints_of(
+    predicted: PredictedKeypoints, is_inside: Callable[[Vector], bool]
+) -> tuple[PredictedKeypoint, ...]:
+    """Return what a document keeps of predicted keypoints, given which positions in µm are in the volume."""
+    return tuple(_keypoint(predicted, number, is_inside) for number in range(len(predicted.names)))
+
+
+def _keypoint(
+    predicted: PredictedKeypoints, number: int, is_inside: Callable[[Vector], bool]
+) -> PredictedKeypoint:
     name = predicted.names[number]
     position_um = predicted.by_name.get(name)
     confidence = Confidence(
@@ -207,13 +216,14 @@ def _keypoint(predicted: PredictedKeypoints, number: int, volume: VolumeReferenc
     )
     if position_um is None:
         return PredictedKeypoint(name=name, state="unplaced", confidence=confidence)
-    state: PredictedState = "placed" if volume.contains(position_um) else "out_of_view"
+    state: PredictedState = "placed" if is_inside(position_um) else "out_of_view"
     return PredictedKeypoint(
         name=name, state=state, position_um=position_um, source="predicted", confidence=confidence
     )
 
 
-def _fitted(pose: PredictedPose) -> FittedPose:
+def fitted_pose(pose: PredictedPose) -> FittedPose:
+    """Return what a document keeps of the fit to predicted keypoints."""
     fit = pose.fit
     return FittedPose(
         position_um=fit.pose.position_um,

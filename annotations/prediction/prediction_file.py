@@ -13,7 +13,8 @@ from annotations.volumes import Volume
 PREDICTION_FILE = DocumentFile(
     Prediction, SCHEMA, "a prediction file", "Delete it, and let the checkpoint predict again"
 )
-_FOLDER = "predictions"
+PREDICTIONS = "predictions"
+"""Name of the folder in which predictions are kept, one folder a checkpoint in it."""
 
 
 def load_prediction(path: Path) -> Prediction:
@@ -63,12 +64,12 @@ def study_prediction_path(folder: Path, checkpoint_name: str, volume_id: str) ->
 
     A name that cannot be that of a folder is changed to one that can (`folder_name`).
     """
-    return folder / _FOLDER / folder_name(checkpoint_name) / f"{volume_id}.json"
+    return folder / PREDICTIONS / folder_name(checkpoint_name) / f"{volume_id}.json"
 
 
 def checkpoint_folders(folder: Path) -> tuple[Path, ...]:
     """Return the folders, one a checkpoint, in which a study keeps predictions, in order."""
-    return tuple(sorted(each for each in (folder / _FOLDER).glob("*") if each.is_dir()))
+    return tuple(sorted(each for each in (folder / PREDICTIONS).glob("*") if each.is_dir()))
 
 
 def study_prediction_paths(folder: Path, volume_id: str) -> tuple[Path, ...]:

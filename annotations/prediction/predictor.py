@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from annotations.geometry.frames import Vector, vector
 from annotations.prediction.checkpoint import Checkpoint
 from annotations.prediction.heatmaps import decode
+from annotations.prediction.volume_heatmaps import VolumeHeatmaps, volume_heatmaps
 from annotations.volumes import SpacingUm, Volume
 from annotations.volumes.sampling import sample_volume
 
@@ -134,6 +135,16 @@ class Predictor:
             The network failed.
         """
         return self._predicted(samples, volume_spacing_um, 0.0)
+
+    def heatmaps(self, volume: Volume, spacing_um: SpacingUm) -> VolumeHeatmaps:
+        """Return where in a volume the network takes each keypoint to be, as a cloud.
+
+        Parameters and errors are those of `predict`.
+        """
+        description = self.checkpoint.description
+        samples = sample_volume(volume, spacing_um, description.sampling)
+        given = self._network.heatmaps(description.sampling.scaled(samples))
+        return volume_heatmaps(given, description, spacing_um)
 
     def _predicted(
         self, samples: NDArray[np.float32], volume_spacing_um: SpacingUm, sampling_s: float
