@@ -3,8 +3,6 @@
 from importlib import resources
 from pathlib import Path
 
-from annotations.prediction.checkpoint import CheckpointError
-
 
 def shipped_checkpoints() -> dict[str, Path]:
     """Return the checkpoints that come with the package, by name, in order of the names.
@@ -33,6 +31,9 @@ def find_checkpoint(named: Path) -> Path:
     """
     shipped = shipped_checkpoints()
     path = shipped.get(str(named))
+    # Late: a window that only asks whether a checkpoint ships should not wait for what reads one.
+    from annotations.prediction.checkpoint import CheckpointError
+
     if path is not None and not named.is_file():
         return path
     if path is None and named.name == str(named) and not named.suffix and not named.exists():

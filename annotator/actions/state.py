@@ -100,7 +100,26 @@ def _met(session: Session) -> Iterator[When]:
         yield "settling"
     if session.jobs.running:
         yield "jobs"
+    yield from _met_by_prediction(session)
     yield from _met_by_review(session)
+
+
+def _met_by_prediction(session: Session) -> Iterator[When]:
+    predicting = session.predicting
+    if predicting.shipped_path is not None:
+        yield "shipped"
+    if predicting.current is not None and not predicting.is_predicting:
+        if session.items:
+            yield "predictable"
+        if session.volume is not None:
+            yield "predictable_volume"
+    document = session.document
+    if document is None:
+        return
+    if predicting.prediction is not None and document.method == "keypoints":
+        yield "predicted"
+    if any(part.source == "predicted" for part in document.parts):
+        yield "started_from_prediction"
 
 
 def _met_by_review(session: Session) -> Iterator[When]:

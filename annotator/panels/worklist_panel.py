@@ -68,6 +68,7 @@ class WorklistPanel(QWidget):
         self._list.setUniformRowHeights(True)
         self._list.setAlternatingRowColors(True)
         self._list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self._list.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self._list.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self._list.setItemDelegateForColumn(0, ElidedNameDelegate(self._model.labels, self._list))
         self._list.header().setStretchLastSection(False)
@@ -107,6 +108,12 @@ class WorklistPanel(QWidget):
         layout.addLayout(buttons)
         session.worklist_changed.connect(self._on_session_worklist_changed)
         self._draw()
+
+    @property
+    def selected(self) -> tuple[int, ...]:
+        """The places in the session's list of the volumes that are selected, in its order."""
+        rows = self._list.selectionModel().selectedRows()
+        return tuple(sorted(self._shown.mapToSource(row).row() for row in rows))
 
     @Slot(QModelIndex)
     def _on_list_activated(self, index: QModelIndex) -> None:

@@ -1,11 +1,14 @@
 """The session's predictions: the checkpoints that are loaded, and what they say of volumes."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from annotations.prediction.shipped import shipped_checkpoint
 from annotator.session.predicted import ShownPrediction
+from annotator.session.remembered import Remembered
 from annotator.session.saving import SessionSaving
 from annotator.session.seeing import Seeing
 
@@ -43,6 +46,8 @@ class Predicting(QObject):
         self._session = session
         self._seeing = seeing
         self._checkpoints: tuple[Checkpoint, ...] = ()
+        self._current: Checkpoint | None = None
+        self._shipped: Remembered[Path | None] = Remembered()
 
     @property
     def checkpoints(self) -> "tuple[Checkpoint, ...]":
@@ -52,65 +57,64 @@ class Predicting(QObject):
     @property
     def current(self) -> "Checkpoint | None":
         """The one in use: it predicts, and its predictions are drawn."""
-        raise NotImplementedError
+        return self._current
+
+    @property
+    def shipped_path(self) -> Path | None:
+        """Where the checkpoint is that ships for the tool in use; None where there is none."""
+        return self._shipped.result(shipped_checkpoint, self._session.tool_name)
 
     @property
     def truth(self) -> "Truth":
         """Whose annotations are taken for the truth."""
-        raise NotImplementedError
+        from annotations.prediction.study_errors import Truth  # late: few sessions predict
+
+        return Truth()
 
     @property
     def prediction(self) -> "Prediction | None":
         """What ``current`` says of the open volume; None where it has not said anything yet."""
-        raise NotImplementedError
+        return None
 
     @property
     def shown(self) -> ShownPrediction | None:
         """What is drawn over the open volume, where the layer ``prediction`` is shown and may be."""
-        raise NotImplementedError
+        return None
 
     @property
     def reason(self) -> str:
         """Why nothing is shown though it is wanted, as a sentence without its full stop; else empty."""
-        raise NotImplementedError
+        return ""
 
     @property
     def is_predicting(self) -> bool:
         """Whether volumes are being predicted."""
-        raise NotImplementedError
+        return False
 
     def unfitness(self, checkpoint: "Checkpoint") -> str:
         """Return why a checkpoint does not fit what is open, without a full stop; empty where it fits."""
-        raise NotImplementedError
+        return ""
 
     def load(self, checkpoint: "Checkpoint") -> None:
         """Take a checkpoint into use; what others have predicted stays."""
-        raise NotImplementedError
 
     def choose(self, sha256: str) -> None:
         """Use another one of those that are loaded."""
-        raise NotImplementedError
 
     def put_away(self, sha256: str) -> None:
         """Put a checkpoint away; its predictions stay in their files."""
-        raise NotImplementedError
 
     def choose_truth(self, truth: "Truth") -> None:
         """Take other annotations for the truth."""
-        raise NotImplementedError
 
     def predict(self, indices: Sequence[int]) -> None:
         """Predict the items at these places that have no prediction of ``current`` yet."""
-        raise NotImplementedError
 
     def cancel(self) -> None:
         """Give up what is being predicted; what is done stays."""
-        raise NotImplementedError
 
     def start_from_prediction(self) -> None:
         """Put unplaced keypoints where ``current`` has them, as one edit."""
-        raise NotImplementedError
 
     def accept_predicted(self) -> None:
         """Count the keypoints that are still where a checkpoint put them as placed, as one edit."""
-        raise NotImplementedError

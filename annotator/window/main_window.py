@@ -39,6 +39,7 @@ from annotator.window.file_handlers import FileHandlers
 from annotator.window.four_up import FourUp
 from annotator.window.held_key import HeldKey
 from annotator.window.live_handlers import LiveHandlers
+from annotator.window.prediction_handlers import PredictionHandlers
 from annotator.window.questions import Questions
 from annotator.window.review_handlers import ReviewHandlers
 from annotator.window.start_page import StartPage
@@ -139,6 +140,7 @@ class MainWindow(QMainWindow):
                 **agreement.by_name(),
                 **ConsensusHandlers(session, self.questions, self, self._docks["consensus"]).by_name(),
                 **ToolsHandlers(session).by_name(),
+                **PredictionHandlers(session, self, self._worklist).by_name(),
                 **LiveHandlers(session, self).by_name(),
                 **ReviewHandlers(session, self.questions, self, self._docks["predictions"]).by_name(),
                 **self._looks.by_name(),
@@ -301,6 +303,9 @@ class MainWindow(QMainWindow):
         session.save_state_changed.connect(self._on_session_save_state_changed)
         session.undo_stack.indexChanged.connect(self._on_undo_stack_index_changed)
         session.jobs.job_changed.connect(self._on_jobs_job_changed)
+        session.predicting.checkpoints_changed.connect(self._draw_actions)
+        session.predicting.running_changed.connect(self._draw_actions)
+        session.predicting.shown_changed.connect(self._draw_actions)
         session.reviewing.changed.connect(self._draw_actions)
         session.judging.changed.connect(self._draw_actions)
 
