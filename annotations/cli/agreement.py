@@ -1,7 +1,6 @@
 """``annotations agreement``: how far apart annotators are, as a table and as a report."""
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
 from annotations.agreement.comparison import agreement_of
@@ -10,6 +9,7 @@ from annotations.agreement.report.contents import Note, Table
 from annotations.agreement.report.exporting import export
 from annotations.agreement.report.file_tables import counts_table, left_out_table
 from annotations.agreement.report.outline import in_words, is_anything_compared
+from annotations.agreement.report.table_text import table_text
 from annotations.agreement.report.tables import main_table, main_table_without_mistakes
 from annotations.agreement.results import Agreement
 from annotations.app_folders import tool_folder
@@ -63,24 +63,5 @@ def _shown(agreement: Agreement) -> str:
     if agreement.targets and agreement.methods:
         items = [main_table(agreement), *items, main_table_without_mistakes(agreement)]
     items += [counts_table(agreement), left_out_table(agreement)]
-    shown = [item.text if isinstance(item, Note) else _in_lines(item) for item in items if item is not None]
+    shown = [item.text if isinstance(item, Note) else table_text(item) for item in items if item is not None]
     return "\n\n".join([f"{agreement.title}\n{in_words(agreement)}", *shown])
-
-
-def _in_lines(table: Table) -> str:
-    """Return a table as text, its columns below each other."""
-    rows: Sequence[Sequence[str]] = (table.columns, *table.rows)
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        [
-            table.caption,
-            *(
-                "  "
-                + "  ".join(
-                    cell.ljust(width) if place == 0 or place in table.words else cell.rjust(width)
-                    for place, (cell, width) in enumerate(zip(row, widths, strict=True))
-                ).rstrip()
-                for row in rows
-            ),
-        ]
-    )

@@ -82,10 +82,11 @@ def csv_files(agreement: Agreement) -> dict[str, bytes]:
             for each in agreement.inputs
         ),
     }
-    return {name: _written(columns, rows[name]) for name, columns in FILES.items()}
+    return {name: csv_bytes(columns, rows[name]) for name, columns in FILES.items()}
 
 
-def _written(columns: Sequence[str], rows: Iterable[Row]) -> bytes:
+def csv_bytes(columns: Sequence[str], rows: Iterable[Row]) -> bytes:
+    """Return rows under their headings as CSV, UTF-8; None is an empty cell."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from annotations.agreement.report import exporting
+from annotations.agreement.report import exporting, written_files
 from annotations.agreement.report.csv_report import FILES
 from annotations.agreement.report.exporting import export
 from annotations.agreement.report.json_report import json_bytes, read_json, write_json
@@ -158,7 +158,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from annotations import durable_files
-from annotations.agreement.report import exporting
+from annotations.agreement.report import exporting, written_files
 from annotations.agreement.report.json_report import read_json
 
 out, last = Path(sys.argv[1]), int(sys.argv[2])
@@ -171,7 +171,7 @@ def replace(path, content, **options):
     written += 1
     durable_files.replace_durably(path, content, **options)
 
-exporting.replace_durably = replace
+written_files.replace_durably = replace
 agreement = read_json(out / "new.json")
 exporting.export(agreement, out, csv=out / "tables", json=out / "r.json")
 """
@@ -229,7 +229,7 @@ def test_where_nothing_can_be_written_it_is_said_before_anything_is_drawn(
     def draw(*_args: object) -> None:
         pytest.fail("something was drawn")
 
-    monkeypatch.setattr(exporting.tempfile, "TemporaryFile", refuse)
+    monkeypatch.setattr(written_files.tempfile, "TemporaryFile", refuse)
     monkeypatch.setattr(exporting, "thumbnails", draw)
     with pytest.raises(SaveError, match="Permission denied"):
         export(few, out, html=out / "new" / "r.html")
