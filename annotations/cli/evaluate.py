@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     checkpoint = load_checkpoint(find_checkpoint(arguments.checkpoint))
     if arguments.synthetic is not None:
         made = _synthetic(arguments, checkpoint)
-        table = evaluate_synthetic(Predictor(checkpoint, Runtime(checkpoint)), made, show_progress)
+        table = evaluate_synthetic(Predictor(checkpoint, Runtime(checkpoint)), made, show_progress).table
         about: dict[str, Any] = {
             "synthetic": {
                 "count": made.count,
@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
             _truth(arguments, checkpoint),
             held_out,
             progress=show_progress,
-        )
+        ).table
         about = {"study": str(arguments.study), "split": arguments.split}
         if held_out is not None:
             about |= {"shares": held_out.rule.shares, "split_seed": held_out.rule.seed}

@@ -157,7 +157,7 @@ def _add_evaluate(commands: "Commands") -> None:
         "Let a checkpoint find the keypoints, and compare them with the annotations that speak for a study's "
         "volumes, or with the truth of synthetic volumes that are made meanwhile: position, orientation and "
         "angles by the published formulas and by the fit of the tool, beside how far several annotators are "
-        "apart. No prediction is kept.",
+        "apart. What the study keeps of this checkpoint's predictions is taken as it is; nothing is added.",
         json_help=None,
     )
     evaluate.add_argument("checkpoint", type=Path, metavar="CHECKPOINT", help=_CHECKPOINT_HELP)

@@ -1,13 +1,15 @@
 """A checkpoint judged by volumes of which the truth is known: a study's, or synthetic ones made meanwhile."""
 
+import contextlib
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from annotations.app_folders import tool_folder
 from annotations.documents.annotation import VolumeReference
+from annotations.documents.files import DocumentError
 from annotations.documents.record import changed
 from annotations.documents.study import load_study
 from annotations.errors import Cancelled, UserError
@@ -18,7 +20,7 @@ from annotations.interchange.split import SplitRule, split_of
 from annotations.prediction.error_table import ErrorTable, JudgedPrediction, UnjudgedVolume, error_table
 from annotations.prediction.predicted_pose import fit_prediction
 from annotations.prediction.prediction import Prediction, prediction_of
-from annotations.prediction.prediction_file import study_prediction_path
+from annotations.prediction.prediction_file import load_prediction, study_prediction_path
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.study_errors import Truth, out_of_range, study_errors
 from annotations.prediction.volume_prediction import predict_volume, reference_to_checkpoint
@@ -26,7 +28,7 @@ from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIO
 from annotations.synthesis.network_volume import network_volume
 from annotations.synthesis.scanner import Scanner
 from annotations.synthesis.scene import Scene, SceneSeed, random_scene
-from annotations.volumes import open_volume
+from annotations.volumes import fingerprint, open_volume
 
 SplitName = Literal["train", "validation", "test"]
 
@@ -87,15 +89,31 @@ class SyntheticVolumes:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """A checkpoint judged.
+
+    Attributes
+    ----------
+    table : ErrorTable
+    predictions : mapping of str to Prediction
+        Of each volume that it could predict, by its id.
+    """
+
+    table: ErrorTable
+    predictions: Mapping[str, Prediction]
+
+
 def evaluate_study(
     predictor: Predictor,
     folder: Path,
     truth: Truth,
     held_out: HeldOut | None = None,
     *,
+    takes_kept: bool = True,
     progress: Callable[[float], None] = lambda _share: None,
     cancelled: Callable[[], bool] = lambda: False,
-) -> ErrorTable:
+) -> Evaluation:
     """Predict the annotated volumes of a study, and return the errors; nothing is written.
 
     Parameters
@@ -107,6 +125,9 @@ def evaluate_study(
         Whose annotations.
     held_out : HeldOut, optional
         All annotated volumes by default.
+    takes_kept : bool
+        Take what the study keeps of this very checkpoint (`prediction_file`) where the volume and its spacing
+        are the same: predicting them again would say the same.
     progress, cancelled : callable
         Told the share that is done, and asked whether to stop, before each volume.
 
@@ -142,20 +163,20 @@ def evaluate_study(
             raise Cancelled
         progress(number / len(documents))
         try:
-            predictions[document.volume.id] = _predict(predictor, folder, document)
+            predictions[document.volume.id] = _predict(predictor, folder, document, takes_kept)
         except UserError as error:
             unjudged.append(UnjudgedVolume(volume=document.volume.id, reason=str(error).rstrip(".")))
     description = predictor.checkpoint.description
     table = study_errors(folder, predictions, truth, description, unjudged=unjudged, cancelled=cancelled)
     progress(1.0)
-    return changed(table, trained_on=trained_on)
+    return Evaluation(changed(table, trained_on=trained_on), predictions)
 
 
 def evaluate_synthetic(
     predictor: Predictor,
     volumes: SyntheticVolumes,
     progress: Callable[[float], None] = lambda _share: None,
-) -> ErrorTable:
+) -> Evaluation:
     """Make synthetic volumes of the checkpoint's tool, predict each, and return the errors.
 
     They depend on the seed, the conditions and the tool alone. They are not the ones of `write_study` with
@@ -190,7 +211,9 @@ def evaluate_synthetic(
             )
         )
     progress(1.0)
-    return error_table(judged, tool, title=volumes.title)
+    return Evaluation(
+        error_table(judged, tool, title=volumes.title), {each.volume_id: each.prediction for each in judged}
+    )
 
 
 def _range_in_words(drawn: tuple[float, float] | None, else_always: float) -> str:
@@ -211,12 +234,22 @@ def _unseen(documents: tuple[SpeakingDocument, ...], held_out: HeldOut) -> tuple
     return tuple(one for one in documents if one.annotation.volume.fingerprint not in held_out.trained_on)
 
 
-def _predict(predictor: Predictor, folder: Path, document: SpeakingDocument) -> Prediction:
-    wanted = document.volume
-    path = study_prediction_path(folder, predictor.checkpoint.description.name, wanted.id)
+def _predict(predictor: Predictor, folder: Path, document: SpeakingDocument, takes_kept: bool) -> Prediction:
+    wanted, checkpoint = document.volume, predictor.checkpoint
+    path = study_prediction_path(folder, checkpoint.description.name, wanted.id)
+    # As in the application, the annotation's own spacing comes first: its positions were made with it.
+    spacing_um = document.annotation.volume.spacing_um
     with open_volume(folder / wanted.path, dataset=wanted.dataset) as volume:
-        # As in the application, the annotation's own spacing comes first: its positions were made with it.
-        return predict_volume(predictor, volume, document.annotation.volume.spacing_um, path)
+        if takes_kept and path.exists():
+            # One that cannot be read is as good as none here: what is told of it is told when it is listed.
+            with contextlib.suppress(DocumentError):
+                kept = load_prediction(path)
+                if (
+                    kept.is_of(checkpoint.sha256, fingerprint(volume))
+                    and kept.volume.spacing_um == spacing_um
+                ):
+                    return kept
+        return predict_volume(predictor, volume, spacing_um, path)
 
 
 def _predict_scene(predictor: Predictor, scene: Scene) -> Prediction:

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from annotations.documents.files import load_annotation
+from annotations.documents.record import changed
 from annotations.documents.study import annotation_path
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.kinematics import keypoints_um
 from annotations.interchange.split import SplitRule
 from annotations.prediction.error_text import error_text
 from annotations.prediction.evaluation import HeldOut, SyntheticVolumes, evaluate_study, evaluate_synthetic
+from annotations.prediction.prediction_file import save_prediction, study_prediction_path
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.study_errors import Truth
 from annotations.synthesis import (
@@ -60,7 +62,7 @@ def predictor(study: Path) -> Predictor:
 
 
 def test_what_a_network_sees_is_compared_volume_by_volume(study: Path, predictor: Predictor) -> None:
-    table = evaluate_study(predictor, study, Truth())
+    table = evaluate_study(predictor, study, Truth()).table
 
     first, second, *_ = table.rows
     assert [row.volume for row in table.rows] == ["v001", "v002", "v003", "v004"]
@@ -79,11 +81,37 @@ def test_no_prediction_is_kept(study: Path, predictor: Predictor) -> None:
     assert sorted(study.rglob("*")) == before
 
 
+def test_what_the_study_keeps_of_the_checkpoint_is_taken_while_it_holds(
+    predictor: Predictor, tmp_path: Path
+) -> None:
+    folder = tmp_path / "study"
+    write_study(folder, FORCEPS, count=2, seed=3, shape=SHAPE)
+    fresh = evaluate_study(predictor, folder, Truth())
+    name = predictor.checkpoint.description.name
+    for volume, prediction in fresh.predictions.items():
+        save_prediction(prediction, study_prediction_path(folder, name, volume))
+    of_another = changed(
+        fresh.predictions["v002"], checkpoint=changed(fresh.predictions["v002"].checkpoint, sha256="0" * 64)
+    )
+    save_prediction(of_another, study_prediction_path(folder, name, "v002"))
+    spacing_um = fresh.predictions["v002"].volume.spacing_um
+    heatmaps = heatmaps_of(predictor.checkpoint.description, truth_um(folder, "v002"), spacing_um)
+    changed_since = Predictor(predictor.checkpoint, KnowingNetwork(heatmaps))
+
+    kept = evaluate_study(changed_since, folder, Truth())
+    anew = evaluate_study(changed_since, folder, Truth(), takes_kept=False)
+
+    assert kept.table.rows[0] == fresh.table.rows[0]
+    assert kept.predictions["v001"] == fresh.predictions["v001"]
+    assert kept.table.rows[1] == anew.table.rows[1] != fresh.table.rows[1]
+    assert anew.table.rows[0] != fresh.table.rows[0]
+
+
 def test_the_parts_of_a_split_are_judged_apart(study: Path, predictor: Predictor) -> None:
     rule = SplitRule((0.5, 0.25, 0.25), seed=4)
 
     parts = [
-        {row.volume for row in evaluate_study(predictor, study, Truth(), HeldOut(split, rule)).rows}
+        {row.volume for row in evaluate_study(predictor, study, Truth(), HeldOut(split, rule)).table.rows}
         for split in ("train", "validation", "test")
     ]
 
@@ -98,7 +126,7 @@ def test_a_volume_that_is_gone_is_named_and_the_others_are_judged(
     write_study(folder, FORCEPS, count=2, seed=3, shape=SHAPE)
     (folder / "volumes" / "v002.npy").unlink()
 
-    table = evaluate_study(predictor, folder, Truth())
+    table = evaluate_study(predictor, folder, Truth()).table
 
     assert [row.volume for row in table.rows] == ["v001"]
     [unjudged] = table.unjudged
@@ -115,7 +143,7 @@ def test_a_volume_is_seen_with_the_spacing_that_it_was_annotated_with(
     slightly_more_um = tuple(1.001 * step_um for step_um in document.volume.spacing_um)
     write_sidecar(folder / "volumes" / "v001.npy", slightly_more_um, depth_axis=2)
 
-    table = evaluate_study(predictor, folder, Truth())
+    table = evaluate_study(predictor, folder, Truth()).table
 
     assert [row.volume for row in table.rows] == ["v001"]
     assert table.rows[0].targets["position_mm"] < 0.02
@@ -142,7 +170,7 @@ def knowing(seed: int, number: int, conditions: SceneConditions = PLAIN_CONDITIO
 
 
 def test_synthetic_volumes_are_judged_by_their_truth() -> None:
-    table = evaluate_synthetic(knowing(7, 1), SyntheticVolumes(3, 7, PLAIN_CONDITIONS))
+    table = evaluate_synthetic(knowing(7, 1), SyntheticVolumes(3, 7, PLAIN_CONDITIONS)).table
 
     position_mm = [row.targets["position_mm"] for row in table.rows]
     assert position_mm[1] < 0.01
@@ -158,7 +186,9 @@ def test_a_keypoint_beyond_the_range_is_rightly_seen_nowhere() -> None:
     description = described(narrow.model_copy(update={"padding_after": (0,) * 3}))
     nothing = KnowingNetwork(heatmaps_of(description, {}, (1.0, 1.0, 1.0)))
 
-    table = evaluate_synthetic(Predictor(checkpoint(description), nothing), SyntheticVolumes(3, 7, beside))
+    table = evaluate_synthetic(
+        Predictor(checkpoint(description), nothing), SyntheticVolumes(3, 7, beside)
+    ).table
 
     assert table.out_of_view_share is not None
     assert table.rightly_out_of_range_share is not None
@@ -192,7 +222,8 @@ def test_another_seed_makes_other_volumes_and_the_same_one_the_same() -> None:
     predictor = knowing(7, 0)
 
     first, again, other = (
-        evaluate_synthetic(predictor, SyntheticVolumes(2, seed, PLAIN_CONDITIONS)).rows for seed in (7, 7, 8)
+        evaluate_synthetic(predictor, SyntheticVolumes(2, seed, PLAIN_CONDITIONS)).table.rows
+        for seed in (7, 7, 8)
     )
 
     assert first == again
@@ -202,7 +233,7 @@ def test_another_seed_makes_other_volumes_and_the_same_one_the_same() -> None:
 def test_the_conditions_show() -> None:
     beside = SceneConditions(out_of_view_probability=1.0)
 
-    table = evaluate_synthetic(knowing(7, 0, beside), SyntheticVolumes(4, 7, beside))
+    table = evaluate_synthetic(knowing(7, 0, beside), SyntheticVolumes(4, 7, beside)).table
 
     assert table.out_of_view_share is not None
     assert table.out_of_view_share > 0
@@ -223,7 +254,7 @@ def test_rougher_speckle_is_what_the_network_sees() -> None:
 def test_a_network_that_sees_nothing_has_found_nothing() -> None:
     network = KnowingNetwork(heatmaps_of(described(), {}, (1.0, 1.0, 1.0)))
 
-    table = evaluate_synthetic(Predictor(checkpoint(), network), SyntheticVolumes(2, 7))
+    table = evaluate_synthetic(Predictor(checkpoint(), network), SyntheticVolumes(2, 7)).table
 
     assert table.missing_share == 1
     assert table.by_formulas.targets["position_mm"].missing == 2

@@ -50,7 +50,7 @@ def test_what_ships_finds_the_tool_in_volumes_that_it_has_not_seen() -> None:
     conditions = PLAIN_CONDITIONS.model_copy(update={"looks": (1.0, 1.0), "noise_sigma_grey": (12.0, 12.0)})
     table = evaluate_synthetic(
         Predictor(checkpoint, Runtime(checkpoint)), SyntheticVolumes(12, 5_000_011, conditions)
-    )
+    ).table
     for overview in (table.by_formulas, table.by_fit):
         assert overview.targets["position_mm"].mean < 0.25
         assert overview.targets["orientation_deg"].mean < 2
