@@ -101,7 +101,7 @@ def volume_paths(folder: Path) -> list[Path]:
 def _open(path: Path, dataset: str | None) -> tuple[str, StoredArray]:
     # The libraries of the larger formats are imported when a file needs them: together they take a second.
     if path.is_dir():
-        if not _is_zarr(path):
+        if not is_zarr(path):
             raise VolumeError("it is a folder", where=path, remedy="Open a volume inside it")
         from annotations.volumes.readers.ome_zarr import open_zarr
 
@@ -156,7 +156,7 @@ def _refuse_dataset(path: Path, dataset: str | None) -> None:
 def _could_be_volume(entry: Path) -> bool:
     try:
         if entry.is_dir():
-            return _is_zarr(entry)
+            return is_zarr(entry)
     except PermissionError:
         # One folder that is someone else's does not hide the volumes beside it.
         return False
@@ -168,7 +168,8 @@ def _could_be_volume(entry: Path) -> bool:
     return suffix in SUFFIXES
 
 
-def _is_zarr(folder: Path) -> bool:
+def is_zarr(folder: Path) -> bool:
+    """Say whether a folder is a volume in Zarr or OME-Zarr, by the files that name their contents."""
     return any((folder / name).is_file() for name in _ZARR_METADATA)
 
 
