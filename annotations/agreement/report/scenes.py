@@ -1,7 +1,7 @@
 """A volume with what each annotator placed in it, read again from the files for a picture."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from annotations.agreement.results import Agreement, VolumeResult
 from annotations.app_folders import tool_folder
-from annotations.documents.annotation import Annotation
+from annotations.documents.annotation import Annotation, VolumeReference
 from annotations.documents.files import completed, load_annotation, tool_of
 from annotations.documents.record import Method
 from annotations.documents.representations import keypoint_positions_um
@@ -81,7 +81,9 @@ def read_scene(agreement: Agreement, method: Method, volume: VolumeResult, folde
         return None
     reference = documents[0][0].volume
     size_um = extent_um(reference.shape, reference.spacing_um)
-    return Scene(placed, _worst_keypoint(placed), size_um, _preview(documents))
+    previews = (volume_preview(document.volume, path) for document, path in documents)
+    level = next((each for each in previews if each is not None), None)
+    return Scene(placed, _worst_keypoint(placed), size_um, level)
 
 
 def _worst_keypoint(placed: Mapping[str, Placed]) -> str:
@@ -97,17 +99,15 @@ def _worst_keypoint(placed: Mapping[str, Placed]) -> str:
     return max(positions_um, key=furthest_um)
 
 
-def _preview(documents: Sequence[tuple[Annotation, Path]]) -> Level | None:
-    """Return single voxels of the annotated volume, a few apart; None where it is not at hand.
+def volume_preview(reference: VolumeReference, path: Path) -> Level | None:
+    """Return single voxels of the volume of a document at a path, a few apart; None where it is not at hand.
 
     Never whole slices: across axis 2 one touches the whole file.
     """
-    for document, path in documents:
-        reference = document.volume
-        try:
-            with open_volume(referenced_path(reference, path), dataset=reference.dataset) as volume:
-                if volume.shape == reference.shape:
-                    return strided_preview(volume, reference.spacing_um)
-        except UserError as error:
-            _LOG.info("drawn without its volume: %s", error)
+    try:
+        with open_volume(referenced_path(reference, path), dataset=reference.dataset) as volume:
+            if volume.shape == reference.shape:
+                return strided_preview(volume, reference.spacing_um)
+    except UserError as error:
+        _LOG.info("drawn without its volume: %s", error)
     return None
