@@ -142,6 +142,7 @@ class InferenceProcess:
             (first, second, third),
             vector(header["origin_um"]),
             vector(header["spacing_um"]),
+            depth_axis,
             FrameTimes(**header["times"]),
         )
 

@@ -50,6 +50,9 @@ class SpacingDialog(QDialog):
     neutral_name : str
         What the volume is called in blind work, in which nothing is said of its file, and nothing kept for
         it alone: whoever is not asked again would know the volume again. Empty otherwise.
+    is_for_now : bool
+        Whether the answer holds for all volumes of this shape as long as the program runs, and is kept
+        nowhere: then nobody is asked what it is remembered for.
     """
 
     def __init__(
@@ -60,6 +63,7 @@ class SpacingDialog(QDialog):
         *,
         is_one_of_several: bool = False,
         neutral_name: str = "",
+        is_for_now: bool = False,
     ) -> None:
         super().__init__(parent)
         self._shape = volume.shape
@@ -103,9 +107,8 @@ class SpacingDialog(QDialog):
             ("this time only", "once"),
         ):
             self._scope.addItem(text, scope)
-        self._scope.setCurrentIndex(
-            self._scope.findData("folder" if is_one_of_several or neutral_name else "file")
-        )
+        offered = "folder" if is_one_of_several or neutral_name else "file"
+        self._scope.setCurrentIndex(self._scope.findData("once" if is_for_now else offered))
         self._scope.setToolTip(
             "Where the folder is read-only, your own settings keep the answer"
             if neutral_name
@@ -123,7 +126,10 @@ class SpacingDialog(QDialog):
         facts.addRow("Spacing", fields)
         facts.addRow("Extent", self._extent)
         facts.addRow("&Depth along", self._depth)
-        facts.addRow("&Remember for", self._scope)
+        if is_for_now:
+            facts.addRow("Holds for", ElidedText("all volumes of this shape, until the program is closed"))
+        else:
+            facts.addRow("&Remember for", self._scope)
 
         self._buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel

@@ -7,7 +7,8 @@ from annotations.fitting.pose_fit import ToolFit
 from annotations.geometry import rotations
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.tool import ToolSpecification
-from annotator.panels.pose_readout import angle_title, signed_text, with_titles
+from annotator.looks.angles import angle_title, signed_text
+from annotator.panels.pose_readout import with_titles
 from annotator.panels.readings_grid import Line
 
 # Solutions that differ by less in a quantity are one to a reader.

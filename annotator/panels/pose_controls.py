@@ -10,11 +10,11 @@ from annotations.geometry import rotations
 from annotations.geometry.frames import vector
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.tool import Joint
+from annotator.looks.angles import angle_title
 from annotator.looks.labels import ColoredLabel, WrappedText, axis_color
 from annotator.looks.naming import named
 from annotator.panels.joint_slider import JointSlider
 from annotator.panels.number_fields import NumberField, NumberFields
-from annotator.panels.pose_readout import angle_title
 from annotator.session import Session
 
 _POSITION_STEP_UM, _TURN_STEP_DEG = 10.0, 1.0

@@ -14,6 +14,7 @@ from annotations.fitting.evidence import part_sigma_um
 from annotations.fitting.plausibility import Plausibility, length_plausibility
 from annotations.geometry.targets import PoseTargets
 from annotations.geometry.tool import ToolSpecification
+from annotator.looks.angles import angle_title, signed_text
 
 _NARROW = "\N{NARROW NO-BREAK SPACE}"
 _MINUS = "\N{MINUS SIGN}"
@@ -201,23 +202,12 @@ def _angle(targets: PoseTargets, angle: str, hinged: str, absent: Sequence[str])
     return Reading(name, title, (value,), (f"{text}   {signed}",), signed_deg=signed_deg)
 
 
-def angle_title(name: str) -> str:
-    """Write ``theta1`` as θ1; other names stay."""
-    return f"θ{name.removeprefix('theta')}" if name.startswith("theta") else name
-
-
 def with_titles(text: str, tool: ToolSpecification) -> str:
     """Write the names of joints and the minus signs in a sentence as everywhere in the window."""
     text = re.sub(r"-(?=\d)", _MINUS, text)
     for joint in tool.joints:
         text = text.replace(joint.name, angle_title(joint.name))
     return text
-
-
-def signed_text(value_deg: float, decimals: int) -> str:
-    """Write an angle with its sign; what rounds to zero has none."""
-    rounded = round(value_deg, decimals)
-    return f"{rounded:+.{decimals}f}°".replace("-", _MINUS) if rounded else f"{0:.{decimals}f}°"
 
 
 def _absent(names: Sequence[str], document: Annotation, tool: ToolSpecification) -> list[str]:

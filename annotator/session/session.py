@@ -70,8 +70,8 @@ class Session(SessionStepping):
         self.settling = Settling(self, self.others, self._edit, self.open_list, self._raise_error, self)
         self.exporting = Exporting(self, self.agreeing, self)
         self.checkpoints = Checkpoints(self, self)
-        self.predicting = Predicting(self, self.seeing, self)
-        self.living = Living(self, self.predicting, self)
+        self.predicting = Predicting(self, self.seeing, self._edit, self._opener.known_spacing, self)
+        self.living = Living(self, self.predicting, self.seeing, self)
         self.reviewing = Reviewing(self, self.predicting, self.agreeing, self.open_item, self)
         self.judging = Judging(self, self.reviewing, self)
 
@@ -213,6 +213,8 @@ class Session(SessionStepping):
     def shut_down(self) -> None:
         """End all background work; call it last."""
         self.abandon()
+        self.predicting.close()
+        self.living.close()
         self._locks.close()
         self.jobs.close()
 

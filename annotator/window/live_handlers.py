@@ -18,11 +18,14 @@ class LiveHandlers:
     ----------
     window : QWidget
         Parent of the live view's window.
+    trigger : callable
+        Triggers an action by its name.
     """
 
-    def __init__(self, session: Session, window: QWidget) -> None:
+    def __init__(self, session: Session, window: QWidget, trigger: Callable[[str], object]) -> None:
         self._session = session
         self._window = window
+        self._trigger = trigger
         self._shown: LiveWindow | None = None
 
     def by_name(self) -> Mapping[str, Callable[[], object]]:
@@ -34,6 +37,7 @@ class LiveHandlers:
 
         if self._shown is None:
             self._shown = LiveWindow(self._session, self._window)
+            self._shown.action_requested.connect(self._trigger)
         self._shown.show()
         self._shown.raise_()
         self._shown.activateWindow()

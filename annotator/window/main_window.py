@@ -141,7 +141,7 @@ class MainWindow(QMainWindow):
                 **ConsensusHandlers(session, self.questions, self, self._docks["consensus"]).by_name(),
                 **ToolsHandlers(session).by_name(),
                 **PredictionHandlers(session, self, self._worklist).by_name(),
-                **LiveHandlers(session, self).by_name(),
+                **LiveHandlers(session, self, self._on_predictions_action_requested).by_name(),
                 **ReviewHandlers(session, self.questions, self, self._docks["predictions"]).by_name(),
                 **self._looks.by_name(),
                 **self._parts.by_name(),

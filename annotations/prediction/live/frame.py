@@ -49,6 +49,8 @@ class LiveFrame:
         Centre of the first sample in the volume's frame.
     spacing_um : (float, float, float)
         Between the samples along axes 0, 1, 2.
+    depth_axis : int
+        Along which the light travels.
     times : FrameTimes
     """
 
@@ -58,6 +60,7 @@ class LiveFrame:
     projections: tuple[Picture, Picture, Picture]
     origin_um: Vector
     spacing_um: Vector
+    depth_axis: int
     times: FrameTimes
 
     @property

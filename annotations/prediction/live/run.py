@@ -154,6 +154,11 @@ class LiveRun:
             if thread.is_alive():
                 thread.join(max(0.0, until_s - time.monotonic()))
 
+    @property
+    def is_alive(self) -> bool:
+        """Whether one of its threads is still at work."""
+        return any(thread.is_alive() for thread in self._threads)
+
     def tell_grid(self, shape: Shape, grid: VoxelGrid) -> None:
         """Answer `Listener.grid_needed` for all volumes of a shape."""
         with self._lock:

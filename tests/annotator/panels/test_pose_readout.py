@@ -13,7 +13,8 @@ from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, link_boxes
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
-from annotator.panels.pose_readout import Reading, angle_title, pose_readout
+from annotator.looks.angles import angle_title
+from annotator.panels.pose_readout import Reading, pose_readout
 from annotator.session.box_handles import rolled
 
 FORCEPS = find_tool("magnetic-forceps")
