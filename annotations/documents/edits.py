@@ -120,6 +120,19 @@ def refine(document: Annotation, tool: ToolSpecification, pose: ToolPose) -> Ann
     return document
 
 
+def accept_predicted(document: Annotation) -> Annotation:
+    """Count the keypoints that are still where a network had them as judged: a person found them right.
+
+    They are ``adopted`` from the checkpoint, as a reviewer adopts what an annotator placed; how each is seen
+    stays. Locked ones stay as they are.
+    """
+    acceptance = _acceptance(document)
+    for part in document.parts:
+        if part.source == "predicted" and not part.locked:
+            document = _with_part(document, part, **acceptance)
+    return document
+
+
 def propose_consensus(
     document: Annotation, parts: Mapping[str, Part], consensus_of: tuple[Contribution, ...]
 ) -> Annotation:
@@ -178,10 +191,15 @@ def relabel(document: Annotation, right_names: Mapping[str, str]) -> Annotation:
 
 
 def set_state(document: Annotation, name: str, state: State) -> Annotation:
-    """Say how a keypoint or a box is seen. ``unplaced`` removes it; every other state needs a place."""
+    """Say how a keypoint or a box is seen. ``unplaced`` removes it; every other state needs a place.
+
+    Who calls a predicted one ``placed`` has accepted it.
+    """
     if state == "unplaced":
         return clear(document, name)
     part = _unlocked(document, name)
+    if state == "placed" and part.source == "predicted":
+        return _with_part(document, part, state=state, **_acceptance(document))
     if part.anchor_um is None:
         raise EditRefused(
             f"{_called(part)} has no position yet, so it cannot be {state.replace('_', ' ')}",
@@ -240,6 +258,12 @@ def is_left_to_fit(keypoint: KeypointAnnotation) -> bool:
 def _is_unjudged(part: Part) -> bool:
     """Say whether no person has said yet where a part is."""
     return part.state == "unplaced" or part.source in ("fitted", "predicted")
+
+
+def _acceptance(document: Annotation) -> dict[str, Any]:
+    """Return what becomes of a predicted keypoint that a person finds right."""
+    origin = document.predicted_from
+    return {"source": "adopted", "adopted_from": "a network" if origin is None else origin.checkpoint}
 
 
 def _carried(document: Annotation, part: Part, place: Box | Vector | None, source: Source) -> Annotation:

@@ -156,7 +156,7 @@ def _example(found: FoundStudy, document: SpeakingDocument, sampling: Sampling) 
                 remedy=f"Say with 'annotations check {found.folder}' what else is wrong, and mend it",
             )
         samples = sample_volume(volume, reference.spacing_um, sampling)
-    (keypoints_um,) = positions_array_um([true_positions_um(document)], found.tool)
+    (keypoints_um,) = positions_array_um([true_positions_um(document.annotation, document.tool)], found.tool)
     return Example(
         # Half the memory, and exact enough for the means of bytes.
         samples.astype(np.float16) if sampling.dtype == "uint8" else samples,

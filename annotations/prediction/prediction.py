@@ -16,6 +16,7 @@ from annotations.documents.annotation import (
 from annotations.documents.files import ships
 from annotations.documents.record import Moment, Record, UsablePath, now
 from annotations.geometry.frames import Vector, vector
+from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.rotations import Quaternion, quaternion
 from annotations.geometry.tool import Finite, NonNegative, ToolSpecification
 from annotations.prediction.predicted_pose import PredictedPose
@@ -120,6 +121,11 @@ class FittedPose(Record):
     keypoints_um: Mapping[str, PositionUm] = {}
     rms_um: NonNegative
     left_out: tuple[str, ...] = ()
+
+    @property
+    def tool_pose(self) -> ToolPose:
+        """The pose itself; a joint that the keypoints do not tell is straight."""
+        return ToolPose(self.position_um, self.rotation_wxyz, self.angles_deg)
 
 
 def _each_once(keypoints: tuple[PredictedKeypoint, ...]) -> tuple[PredictedKeypoint, ...]:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from annotations.agreement.collecting import collect
-from annotations.agreement.deviation import deviations
+from annotations.agreement.deviation import Deviations, deviations
 from annotations.agreement.measured import measured_targets
 from annotations.app_folders import tool_folder
+from annotations.documents.annotation import Annotation
 from annotations.documents.files import DocumentError
 from annotations.documents.record import Method
 from annotations.documents.representations import keypoints_of
@@ -160,12 +161,22 @@ def study_errors(
         if reason := _why_not(prediction, document, tool):
             refused.append(UnjudgedVolume(volume=volume_id, reason=reason))
         else:
-            truth_um = true_positions_um(document)
+            truth_um = true_positions_um(document.annotation, document.tool)
             spacing_um = prediction.volume.spacing_um
             beyond = (
                 frozenset[str]() if checkpoint is None else out_of_range(checkpoint, truth_um, spacing_um)
             )
-            judged.append(JudgedPrediction(volume_id, prediction, truth_um, document.annotator, beyond))
+            judged.append(
+                JudgedPrediction(
+                    volume_id,
+                    prediction,
+                    truth_um,
+                    document.annotator,
+                    beyond,
+                    # A checkpoint refuses volumes in which the light travels along another axis.
+                    *(() if checkpoint is None else (checkpoint.sampling.depth_axis,)),
+                )
+            )
     spoken = {document.volume.id for document in documents}
     silent = {one.volume_id: one.reason for one in left_out if one.volume_id not in spoken}
     refused += [
@@ -194,11 +205,11 @@ def out_of_range(
     )
 
 
-def true_positions_um(document: SpeakingDocument) -> Mapping[str, Vector]:
+def true_positions_um(annotation: Annotation, tool: ToolSpecification) -> Mapping[str, Vector]:
     """Return the positions in µm of the keypoints that an annotation gives and no network did, by name."""
     return {
         keypoint.name: keypoint.position_um
-        for keypoint in keypoints_of(document.annotation, document.tool)
+        for keypoint in keypoints_of(annotation, tool)
         if keypoint.position_um is not None and keypoint.source != "predicted"
     }
 
@@ -239,8 +250,13 @@ def study_human_floor(
     apart = {}
     for name, measured in measured_targets(passes[0], material.tool).items():
         shown, unit = shown_target(name)
-        apart[shown] = deviations(measured).published[chosen] / unit
-    return human_floor(method, [names[place] for place in chosen], apart)
+        found = deviations(measured)
+        apart[shown] = Deviations(
+            found.published[chosen] / unit,
+            found.leave_one_out[chosen] / unit,
+            found.pairwise[chosen] / unit,
+        )
+    return human_floor(method, passes[0].annotators, [names[place] for place in chosen], apart)
 
 
 def _why_not(prediction: Prediction, document: SpeakingDocument, tool: ToolSpecification) -> str:

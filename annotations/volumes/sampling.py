@@ -148,7 +148,7 @@ def sample_volume(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> 
         The file can no longer be read; its voxels are of another type, or light travels along another axis,
         than the sampling is for; or its voxels are coarser than the samples.
     """
-    _check_fits(volume, spacing_um, sampling)
+    check_fits(volume, spacing_um, sampling)
     depth = sampling.depth_axis
     slow, fast = (axis for axis in range(3) if axis != depth)
     planes = sampled_voxels(sampling, spacing_um, volume.shape, slow)
@@ -203,7 +203,15 @@ def depth_cells(sampling: Sampling, spacing_um: SpacingUm, shape: Sequence[int])
     return np.append(begun, min(end, shape[axis]))
 
 
-def _check_fits(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> None:
+def check_fits(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> None:
+    """Look whether a network can be shown a volume; nothing of it is read.
+
+    Raises
+    ------
+    VolumeError
+        Its voxels are of another type, or light travels along another axis, than the sampling is for; or its
+        voxels are coarser than the samples.
+    """
     if volume.dtype.name != sampling.dtype:
         raise VolumeError(
             f"it holds {volume.dtype.name}, and the network was trained on {sampling.dtype}",

@@ -1,5 +1,6 @@
 """The session's checkpoints: what one is, and a new one of the weights that a training left."""
 
+import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -103,6 +104,8 @@ class Checkpoints(QObject):
 def _read(path: Path) -> "Checkpoint":
     from annotations.prediction.checkpoint import load_checkpoint  # late: few sessions open one
 
+    # What whoever uses it needs next: the window does not wait for it.
+    importlib.import_module("annotations.prediction.study_errors")
     return load_checkpoint(path)
 
 

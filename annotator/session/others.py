@@ -34,7 +34,6 @@ from annotator.session.state import SessionState
 from annotator.session.view import View
 
 _NOBODY = "Nobody else has annotated this volume by {}"
-_OPEN_STUDY = "This annotation belongs to a study: open the study to see the others' work"
 
 
 @dataclass(frozen=True)
@@ -169,7 +168,7 @@ class Others(QObject):
         if not self.is_wanted or session.document is None or path is None or tool is None:
             self._put_away("")
             return
-        refusal = self._refusal(path)
+        refusal = self._seeing.refusal
         if refusal:
             self._put_away(refusal)
             return
@@ -193,13 +192,6 @@ class Others(QObject):
         compared = result.annotators if result is not None else ()
         return (*compared, *(study.annotators if study is not None else ()))
 
-    def _refusal(self, path: Path) -> str:
-        if self._session.worklist.study is None and study_folder_of(path) is not None:
-            # Its rules are known only where the study is open.
-            return _OPEN_STUDY
-        allowed = self._seeing.permission
-        return "" if allowed.may_see else allowed.reason
-
     def _put_away(self, reason: str) -> None:
         if self._job is not None:
             self._session.jobs.cancel(self._job)
@@ -217,7 +209,7 @@ class Others(QObject):
         self._job = None
         session = self._session
         path = session.annotation_path
-        if not self.is_wanted or path is None or self._refusal(path):
+        if not self.is_wanted or path is None or self._seeing.refusal:
             self._follow()
             return
         if read.others and not self._seeing.note_shown("annotations"):

@@ -10,11 +10,13 @@ from annotations.documents.exposure import Exposure, exposure
 from annotations.documents.permission import FREE, Permission, permission, while_at_work
 from annotations.documents.provenance import Stamps, Viewing
 from annotations.documents.record import changed, now
-from annotations.documents.study import CONSENSUS
+from annotations.documents.study import CONSENSUS, study_folder_of
 from annotator.session.state import SessionState
 from annotator.session.worklist import Worklist
 
 Shown = Literal["annotations", "predictions"]
+
+_OPEN_STUDY = "This annotation belongs to a study: open the study to see the others' work"
 
 
 class Seeing(QObject):
@@ -57,6 +59,18 @@ class Seeing(QObject):
         if self._permission is None:
             self._permission = self._read_permission()
         return self._permission
+
+    @property
+    def refusal(self) -> str:
+        """Why others' work may not be shown now, as a sentence without its full stop; empty where it may.
+
+        An annotation of a study that was opened alone has rules that are known only where the study is open.
+        """
+        path = self._session.annotation_path
+        if self._session.worklist.study is None and path is not None and study_folder_of(path) is not None:
+            return _OPEN_STUDY
+        allowed = self.permission
+        return "" if allowed.may_see else allowed.reason
 
     def may_see_others(self) -> bool:
         """Whether the others' work on the open volume may be shown now."""

@@ -8,7 +8,9 @@ from typing import Literal
 
 from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector, vector
+from annotations.geometry.kinematics import ToolPose, link_boxes
 from annotations.geometry.meshes import Mesh, box_mesh
+from annotations.geometry.tool import ToolSpecification
 from annotations.volumes import Ray
 
 SolidKind = Literal["box", "ghost", "proposal", "prediction"]
@@ -47,6 +49,14 @@ class Solid:
     def mesh(self) -> Mesh:
         """Its surface in µm."""
         return _mesh(self.box, self.is_round)
+
+
+def posed_solids(pose: ToolPose, tool: ToolSpecification, kind: SolidKind) -> tuple[Solid, ...]:
+    """Return the bodies of a tool in a pose."""
+    return tuple(
+        Solid(name, kind, box, tool.link(name).is_round, tool.link(name).color)
+        for name, box in link_boxes(pose, tool).items()
+    )
 
 
 def solid_on_ray(solids: Iterable[Solid], ray: Ray) -> tuple[Solid, Vector] | None:

@@ -152,6 +152,11 @@ class SessionState(QObject):
         return self._opened.found.volume if self._opened else None
 
     @property
+    def volume_fingerprint(self) -> str | None:
+        """What the open volume is recognised by, as its file was when it was opened."""
+        return self._opened.found.fingerprint if self._opened else None
+
+    @property
     def spacing_um(self) -> Vector | None:
         """Spacing of the open volume in µm."""
         return self._opened.spacing_um if self._opened else None

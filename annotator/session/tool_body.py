@@ -17,7 +17,7 @@ from annotator.session.mistake_search import MistakeSearch
 from annotator.session.options import SessionOptions
 from annotator.session.pose_handles import pose_handles
 from annotator.session.remembered import Remembered
-from annotator.session.solids import Solid, SolidKind
+from annotator.session.solids import Solid, posed_solids
 from annotator.session.state import SessionState
 from annotator.session.view import Mode
 
@@ -214,13 +214,6 @@ def _solids(
     ]
     return (
         *boxes,
-        *(_posed(pose, tool, "ghost") if pose is not None else ()),
-        *(_posed(proposal, tool, "proposal") if proposal is not None else ()),
-    )
-
-
-def _posed(pose: ToolPose, tool: ToolSpecification, kind: SolidKind) -> tuple[Solid, ...]:
-    return tuple(
-        Solid(name, kind, box, tool.link(name).is_round, tool.link(name).color)
-        for name, box in link_boxes(pose, tool).items()
+        *(posed_solids(pose, tool, "ghost") if pose is not None else ()),
+        *(posed_solids(proposal, tool, "proposal") if proposal is not None else ()),
     )

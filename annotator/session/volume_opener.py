@@ -95,6 +95,10 @@ class VolumeOpener(QObject):
             self._remember_spacing(found.fingerprint, answer)
         self._prepare(found, answer.spacing_um, "as answered")
 
+    def known_spacing(self, found: Found) -> tuple[Found, Vector, str] | None:
+        """Return what `opening.known_spacing` does, with what was said at the start and answered before."""
+        return opening.known_spacing(found, self._spacing_override_um, self._remembered_spacing)
+
     def decline(self, path: Path) -> None:
         """Answer a question with no; ignored if it was about an opening that was superseded."""
         if self._request is not None and self._request.item.volume_path == path:
@@ -117,7 +121,7 @@ class VolumeOpener(QObject):
 
     def _on_job_found(self, found: Found) -> None:
         self._found = found
-        known = opening.known_spacing(found, self._spacing_override_um, self._remembered_spacing)
+        known = self.known_spacing(found)
         if known is None:
             self.spacing_requested.emit(found.volume, offered_spacing_um(found.volume.shape))
         else:

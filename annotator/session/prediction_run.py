@@ -1,0 +1,200 @@
+"""A checkpoint that predicts volumes, one after the other: what is done in the background."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from annotations.documents.files import load_annotation
+from annotations.documents.study import annotation_files, annotation_name
+from annotations.errors import Cancelled, UserError
+from annotations.geometry.frames import Vector
+from annotations.volumes import VolumeError
+from annotator.session.opening import Found, OpeningRequest, find
+from annotator.session.prediction_files import prediction_path, read_prediction
+
+if TYPE_CHECKING:
+    # Half a second that only those wait for who predict.
+    from annotations.prediction.checkpoint import Checkpoint
+    from annotations.prediction.inference_process import InferenceProcess
+
+KnownSpacing = Callable[[Found], tuple[Found, Vector, str] | None]
+"""From a volume and its annotation to its spacing; see `annotator.session.opening.known_spacing`."""
+
+_MOST_CRASHES = 2
+"""In a row: with a third volume it would be no other."""
+
+
+@dataclass(frozen=True)
+class PredictionTask:
+    """A volume that is to be predicted.
+
+    Attributes
+    ----------
+    request : OpeningRequest
+        Which one.
+    spacing_um : (float, float, float) or None
+        That with which it is open; None to find out.
+    """
+
+    request: OpeningRequest
+    spacing_um: Vector | None = None
+
+
+@dataclass(frozen=True)
+class PredictionOutcome:
+    """What has become of several volumes.
+
+    Attributes
+    ----------
+    made, kept : int
+        How many were predicted, and how many had been before.
+    failures : tuple of (str, UserError)
+        What the others are called, and why they were not predicted.
+    left : int
+        How many were not tried any more, as they would have failed as well.
+    """
+
+    made: int
+    kept: int
+    failures: tuple[tuple[str, UserError], ...]
+    left: int = 0
+
+
+def predict_all(
+    tasks: Sequence[PredictionTask],
+    checkpoint: "Checkpoint",
+    process: "InferenceProcess",
+    known_spacing: KnownSpacing,
+    done: Callable[[int], None],
+    cancelled: Callable[[], bool],
+) -> PredictionOutcome:
+    """Predict volumes, and write each prediction at once; one that is kept and still true stays.
+
+    Parameters
+    ----------
+    done : callable
+        Told how many are finished, after each.
+    cancelled : callable
+
+    Raises
+    ------
+    Cancelled
+        `cancelled` returned true; what is done stays.
+    """
+    from annotations.prediction.checkpoint import CheckpointError
+    from annotations.prediction.inference_process import InferenceCrashed
+
+    made = kept = crashes = 0
+    failures: list[tuple[str, UserError]] = []
+    annotated = _annotated_in(tasks)
+    for number, task in enumerate(tasks, start=1):
+        if cancelled():
+            raise Cancelled
+        try:
+            if _predict(task, checkpoint, process, known_spacing, annotated, cancelled):
+                made += 1
+            else:
+                kept += 1
+            crashes = 0
+        except UserError as error:
+            failures.append((task.request.item.label, error))
+            crashes = crashes + 1 if isinstance(error, InferenceCrashed) else 0
+            if isinstance(error, CheckpointError) or crashes == _MOST_CRASHES:
+                return PredictionOutcome(made, kept, tuple(failures), len(tasks) - number)
+        done(number)
+    return PredictionOutcome(made, kept, tuple(failures))
+
+
+def _predict(
+    task: PredictionTask,
+    checkpoint: "Checkpoint",
+    process: "InferenceProcess",
+    known_spacing: KnownSpacing,
+    annotated: Mapping[str, Sequence[Path]],
+    cancelled: Callable[[], bool],
+) -> bool:
+    """Predict a volume and keep that; False where it had been done before."""
+    from annotations.prediction.prediction_file import save_prediction
+
+    found = find(task.request)
+    with found.volume as volume:
+        spacing_um = task.spacing_um or _spacing_um(found, known_spacing, annotated)
+        path = prediction_path(task.request.worklist, found.item, volume, checkpoint)
+        if spacing_um is None:
+            raise VolumeError(
+                "how far apart its voxels are is unknown: no annotation, file or sidecar says it",
+                where=volume.path,
+                remedy="Open it, and say it once where the application asks",
+            )
+        present, _ = read_prediction(path, checkpoint, found.fingerprint, spacing_um)
+        if present is not None:
+            return False
+        # Over there the file is opened anew.
+        prediction = process.predict(
+            volume.path,
+            dataset=volume.dataset,
+            spacing_um=spacing_um,
+            prediction_path=path,
+            cancelled=cancelled,
+        )
+    save_prediction(prediction, path)
+    return True
+
+
+def _spacing_um(
+    found: Found, known_spacing: KnownSpacing, annotated: Mapping[str, Sequence[Path]]
+) -> Vector | None:
+    """Return a volume's spacing: of an annotation, one's own before others', and else as when it is opened.
+
+    Annotations come first, as the errors of a prediction are told where it has the same spacing alone.
+    """
+    if found.document is None:
+        for path in annotated.get(found.item.volume_id or "", ()):
+            try:
+                return load_annotation(path)[0].volume.spacing_um
+            except UserError:
+                # Whoever opens it will hear of it.
+                continue
+    known = known_spacing(found)
+    return None if known is None else known[1]
+
+
+def _annotated_in(tasks: Sequence[PredictionTask]) -> Mapping[str, Sequence[Path]]:
+    """Return the annotations of the study that tasks belong to, by the volume's id."""
+    worklist = tasks[0].request.worklist if tasks else None
+    paths: dict[str, list[Path]] = {}
+    if worklist is not None and worklist.study is not None:
+        for path in annotation_files(worklist.folder):
+            name = annotation_name(path)
+            if name is not None:
+                paths.setdefault(name.volume_id, []).append(path)
+    return paths
+
+
+def failure_of(outcome: PredictionOutcome, checkpoint_name: str) -> UserError | None:
+    """Return what a person has to hear of those that failed; None where none did."""
+    failures = outcome.failures
+    if not failures:
+        return None
+    count = outcome.made + outcome.kept + len(failures) + outcome.left
+    if count == 1:
+        return failures[0][1]
+    by_reason: dict[str, list[str]] = {}
+    for label, error in failures:
+        by_reason.setdefault(f"{error.problem}. {error.remedy}".rstrip(". "), []).append(label)
+    reasons = [f"{_listed(labels)}: {reason}" for reason, labels in by_reason.items()]
+    stopped = f". {outcome.left} were not tried any more" if outcome.left else ""
+    return UserError(
+        f"{len(failures)} of {count} volumes could not be predicted by {checkpoint_name}{stopped}. "
+        + ". ".join(reasons),
+        remedy="What was predicted is kept",
+    )
+
+
+_MOST_LISTED = 8
+
+
+def _listed(labels: Sequence[str]) -> str:
+    more = len(labels) - _MOST_LISTED
+    return ", ".join(labels[:_MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
