@@ -14,6 +14,7 @@ from annotations.documents.record import changed
 from annotations.documents.study import load_study
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.kinematics import keypoints_um
+from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
 from annotations.interchange.speaking_documents import SpeakingDocument, speaking_documents
 from annotations.interchange.split import SplitRule, split_of
@@ -98,10 +99,13 @@ class Evaluation:
     table : ErrorTable
     predictions : mapping of str to Prediction
         Of each volume that it could predict, by its id.
+    tool : ToolSpecification
+        That of the study, or of the checkpoint where there is none.
     """
 
     table: ErrorTable
     predictions: Mapping[str, Prediction]
+    tool: ToolSpecification
 
 
 def evaluate_study(
@@ -140,9 +144,8 @@ def evaluate_study(
     """
     study = load_study(folder)
     folders = (folder / "tools", tool_folder())
-    documents, _ = speaking_documents(
-        study, folder, find_tool(study.tool, folders), folders, truth.choice(study)
-    )
+    tool = find_tool(study.tool, folders)
+    documents, _ = speaking_documents(study, folder, tool, folders, truth.choice(study))
     trained_on = 0
     if held_out is not None:
         in_part = _part(documents, held_out)
@@ -169,7 +172,7 @@ def evaluate_study(
     description = predictor.checkpoint.description
     table = study_errors(folder, predictions, truth, description, unjudged=unjudged, cancelled=cancelled)
     progress(1.0)
-    return Evaluation(changed(table, trained_on=trained_on), predictions)
+    return Evaluation(changed(table, trained_on=trained_on), predictions, tool)
 
 
 def evaluate_synthetic(
@@ -211,9 +214,8 @@ def evaluate_synthetic(
             )
         )
     progress(1.0)
-    return Evaluation(
-        error_table(judged, tool, title=volumes.title), {each.volume_id: each.prediction for each in judged}
-    )
+    table = error_table(judged, tool, title=volumes.title)
+    return Evaluation(table, {each.volume_id: each.prediction for each in judged}, tool)
 
 
 def _range_in_words(drawn: tuple[float, float] | None, else_always: float) -> str:
