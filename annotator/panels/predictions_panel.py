@@ -178,7 +178,7 @@ class PredictionsPanel(QWidget):
         reviewing, predicting = self._session.reviewing, self._session.predicting
         has_checkpoint, study = bool(predicting.checkpoints), self._session.worklist.study
         self._checkpoint.setVisible(has_checkpoint)
-        self._shipped.setVisible(not has_checkpoint)
+        self._shipped.setVisible(not has_checkpoint and predicting.shipped_path is not None)
         for each in (self._truth, self._unfinished, self._predict, self._compute, self._export):
             each.setVisible(has_checkpoint and study is not None)
         if has_checkpoint:
