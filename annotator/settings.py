@@ -13,7 +13,7 @@ from annotations.app_folders import config_folder
 from annotations.documents.record import Method
 from annotator.looks.theme import THEMES, Theme
 from annotator.session.spacing_answer import SpacingAnswer
-from annotator.session.view import Rendering
+from annotator.session.view import Rendering, ReviewColors
 
 RECENT_FILES = 8
 """How many opened paths are remembered."""
@@ -168,6 +168,16 @@ class Settings:
     @rendering.setter
     def rendering(self, rendering: Rendering) -> None:
         self._store.setValue("display/rendering", rendering)
+
+    @property
+    def review_colors(self) -> ReviewColors:
+        """Colours of the truth and of a prediction, as chosen last."""
+        text = self._text("display/review_colors")
+        return next((colors for colors in get_args(ReviewColors) if colors == text), "green_red")
+
+    @review_colors.setter
+    def review_colors(self, colors: ReviewColors) -> None:
+        self._store.setValue("display/review_colors", colors)
 
     def display_window(self, dtype: str) -> tuple[float, float] | None:
         """Return the window that was last used for volumes of a data type, or None if there was none."""

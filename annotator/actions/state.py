@@ -196,6 +196,8 @@ def _checked(session: Session) -> Iterator[str]:
         yield "detail"
     if view.rendering == "mip":
         yield "rendering"
+    if view.review_colors == "blue_orange":
+        yield "review_colors"
     if (judged := session.judging.own) is not None:
         yield f"verdict_{judged.verdict}"
 

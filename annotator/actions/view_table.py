@@ -22,11 +22,11 @@ LAYER_TITLES: dict[Layer, str] = {
     "crosshair": "Crosshair",
     "others": "Other Annotators",
     "prediction": "Prediction",
-    "truth": "Ground Truth beside a Prediction",
+    "truth": "Ground Truth",
     "errors": "Lines from Truth to Prediction",
-    "distances": "Distances beside These Lines",
+    "distances": "Distances",
     "predicted_tool": "Predicted Tool (Ghost)",
-    "heatmaps": "Heatmaps of the Active Keypoint",
+    "heatmaps": "Heatmaps",
 }
 _LAYER_KEYS: dict[Layer, str] = {
     "volume": "Shift+V",
@@ -45,6 +45,15 @@ _LAYER_KEYS: dict[Layer, str] = {
     "predicted_tool": "Shift+U",
     "heatmaps": "Shift+H",
 }
+_PREDICTION_HINTS: dict[Layer, str] = {
+    "prediction": "Show or hide what the checkpoint in use says of the volume, with all that belongs to it.",
+    "truth": "Show or hide the keypoints that a prediction is held against.",
+    "errors": "Show or hide a line from each keypoint to where it is predicted.",
+    "distances": "Show or hide how far each keypoint is from where it is predicted.",
+    "predicted_tool": "Show or hide the tool in the predicted pose.",
+    "heatmaps": "Show or hide the cloud in which a network takes the active keypoint to be, or all of them.",
+}
+"""Of the layers that a prediction consists of: a menu of their own."""
 
 VIEW_ACTIONS: tuple[Action, ...] = (
     Action(
@@ -119,14 +128,27 @@ VIEW_ACTIONS: tuple[Action, ...] = (
             checkable=True,
         )
         for layer, title in LAYER_TITLES.items()
+        if layer not in _PREDICTION_HINTS
+    ),
+    *(
+        Action(
+            f"layer_{layer}",
+            LAYER_TITLES[layer],
+            "View/Prediction",
+            (_LAYER_KEYS[layer],),
+            hint,
+            checkable=True,
+        )
+        for layer, hint in _PREDICTION_HINTS.items()
     ),
     Action(
         "review_colors",
-        "Blue and Orange for Reviews",
-        "View",
+        "Blue and Orange",
+        "View/Prediction",
         ("Shift+R",),
         "Draw truth and prediction in colours that colour-blind people can tell apart.",
         checkable=True,
+        separated=True,
     ),
     Action(
         "detail",

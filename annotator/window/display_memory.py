@@ -13,7 +13,7 @@ _WRITE_AFTER_MS = 1000
 
 
 class DisplayMemory(QObject):
-    """Remembers the window that a person chose, the colour map and the rendering, and brings them back.
+    """Remembers the window that a person chose, colours and the rendering, and brings them back.
 
     A window is remembered by the volume's data type, and comes back only for a volume of which it shows
     something: another scanner's window may leave a picture black. The automatic window is not worth it.
@@ -45,6 +45,7 @@ class DisplayMemory(QObject):
             return
         self._settings.colormap = view.colormap
         self._settings.rendering = view.rendering
+        self._settings.review_colors = view.review_colors
         if not self._window_is_chosen:
             return
         if view.window == intensity_window(level):
@@ -57,7 +58,10 @@ class DisplayMemory(QObject):
         if volume is None or level is None:
             return
         colormap = self._settings.colormap
-        changes: dict[str, object] = {"rendering": self._settings.rendering}
+        changes: dict[str, object] = {
+            "rendering": self._settings.rendering,
+            "review_colors": self._settings.review_colors,
+        }
         if colormap in COLORMAPS:
             changes["colormap"] = colormap
         window = self._settings.display_window(volume.dtype.name)
@@ -77,9 +81,9 @@ class DisplayMemory(QObject):
             return
         if before.window != after.window:
             self._window_is_chosen = True
-        if (before.window, before.colormap, before.rendering) != (
-            after.window,
-            after.colormap,
-            after.rendering,
-        ):
+        if _remembered(before) != _remembered(after):
             self._write_timer.start()
+
+
+def _remembered(view: View) -> tuple[object, ...]:
+    return (view.window, view.colormap, view.rendering, view.review_colors)

@@ -73,6 +73,7 @@ class ViewHandlers:
                 "rendering": lambda: session.look(
                     rendering="volume" if session.view.rendering == "mip" else "mip"
                 ),
+                "review_colors": self._toggle_review_colors,
                 "auto_window": self._session.auto_window,
             }
         )
@@ -111,6 +112,10 @@ class ViewHandlers:
         document = self._session.shown_document
         box = document.placed_boxes.get(name) if document is not None else None
         return _CLOSE_UP_UM if box is None else _BOX_MARGIN * math.hypot(*box.size_um)
+
+    def _toggle_review_colors(self) -> None:
+        is_safe = self._session.view.review_colors == "blue_orange"
+        self._session.look(review_colors="green_red" if is_safe else "blue_orange")
 
     def _toggle_overlays(self) -> None:
         hidden = self._hidden_while.may_repeat or not self._session.view.overlays_hidden
