@@ -1,4 +1,4 @@
-"""Keypoints against boxes: which method brings the annotators nearer to each other, on the same volumes."""
+"""Keypoints against boxes, or any two ways to do the same volumes: which of them has the smaller figures."""
 
 from collections.abc import Mapping, Sequence
 
@@ -52,8 +52,9 @@ def paired_test(differences: NDArray[np.float64], *, resamples: int = RESAMPLES,
     Parameters
     ----------
     differences : (n,) array of float64
-        Keypoints minus boxes, in µm or degrees; NaN where a volume has no figure by either, which is not
-        counted. What is left of rounding (`annotations.agreement.outlying.ROUNDING`) is no difference.
+        One minus the other, such as keypoints minus boxes, in µm, mm or degrees, one for each volume; NaN
+        where a volume lacks a figure, which is not counted. What is left of rounding
+        (`annotations.agreement.outlying.ROUNDING`) is no difference.
 
     Returns
     -------

@@ -310,17 +310,17 @@ class MethodResult(Figures):
 
 
 class PairedTest(Record):
-    """Keypoints against boxes on the same volumes, in one target's published statistic.
+    """Two ways to do the same volumes beside each other, in one figure: keypoints and boxes, two checkpoints.
 
     Attributes
     ----------
     difference : Estimate
-        Keypoints minus boxes, over volumes.
+        One minus the other, over volumes: keypoints minus boxes, a later checkpoint minus the first.
     test : str
         Name of the test.
     p_value : float or None
     effect : float or None
-        Matched-pairs rank-biserial correlation: 1 where keypoints are further apart on every volume.
+        Matched-pairs rank-biserial correlation: 1 where the first of the two is larger on every volume.
     """
 
     difference: Estimate = Estimate()

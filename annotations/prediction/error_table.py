@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from annotations import __version__
+from annotations.agreement.deviation import Deviations
 from annotations.documents.record import Method, Moment, Record, now
 from annotations.geometry.frames import Vector
+from annotations.geometry.targets import target_arrays
 from annotations.geometry.tool import ToolSpecification
+from annotations.prediction.circumstances import depth_um, truth_sha256, visible_share
 from annotations.prediction.prediction import CheckpointReference, Prediction
 from annotations.prediction.prediction_errors import (
     ErrorFigures,
@@ -40,6 +43,8 @@ class JudgedPrediction:
         Annotator who speaks for the volume.
     out_of_range : frozenset of str
         Keypoints whose true place is beyond what the checkpoint can tell; none where nobody looked.
+    depth_axis : int
+        Along which the light travels in the volume.
     """
 
     volume_id: str
@@ -47,12 +52,14 @@ class JudgedPrediction:
     truth_um: Mapping[str, Vector]
     whose: str
     out_of_range: frozenset[str] = frozenset()
+    depth_axis: int = 2
 
 
 class HumanFloor(Record):
-    """How far the annotators of the same volumes are apart, by the published statistic.
+    """How far the annotators of the same volumes are apart, over those volumes that have two of them or more.
 
-    Of each volume with two annotators or more the mean distance from the mean of all; see
+    Shown is the published statistic, the mean distance from the mean of all. The two others are what one
+    opinion is held against: the mean of several people's, or one person's; see
     `annotations.agreement.deviation`.
 
     Attributes
@@ -60,14 +67,22 @@ class HumanFloor(Record):
     method : str
         By which they annotated.
     targets : mapping of str to ErrorFigures
-        In the units of the errors.
+        The published statistic, in the units of the errors.
     volumes : mapping of str to (mapping of str to float)
-        Of each volume, by target.
+        The published statistic of each volume, by target.
+    leave_one_out, pairwise : mapping of str to (mapping of str to float)
+        Of each volume, by target: how far one person is from the mean of the others, and how far two people
+        are from each other.
+    annotators : tuple of str
+        Who they are.
     """
 
     method: Method
     targets: Mapping[str, ErrorFigures] = {}
     volumes: Mapping[str, Mapping[str, float]] = {}
+    leave_one_out: Mapping[str, Mapping[str, float]] = {}
+    pairwise: Mapping[str, Mapping[str, float]] = {}
+    annotators: tuple[str, ...] = ()
 
 
 class ErrorsOfVolume(Record):
@@ -90,10 +105,22 @@ class ErrorsOfVolume(Record):
         Keypoints that lie outside of the volume.
     presence : float
         Confidence in the keypoint that the network is least sure of, 0 to 1.
+    spread_um : float or None
+        Standard deviation of the heatmap over all three axes together, of the keypoint where that is largest;
+        of those that were found. None where none was.
     residual_um : float or None
         Root mean square by which the fitted pose misses the keypoints; None where there is no pose.
     left_out : tuple of str
         Keypoints that do not count in the fit.
+    true_angles_deg : mapping of str to float
+        Unsigned angle of each joint, by its name, as the truth has it.
+    depth_um : float or None
+        Mean of the true keypoints along the axis of the light; None where the truth has none.
+    visible_share : float or None
+        Of the length of the true links' axes, which share lies inside the volume; None where no link has both
+        ends.
+    annotation_sha256 : str or None
+        Of where the truth has its keypoints (`truth_sha256`).
     """
 
     volume: str
@@ -106,8 +133,13 @@ class ErrorsOfVolume(Record):
     rightly_out_of_range: tuple[str, ...] = ()
     out_of_view: tuple[str, ...] = ()
     presence: float
+    spread_um: float | None = None
     residual_um: float | None = None
     left_out: tuple[str, ...] = ()
+    true_angles_deg: Mapping[str, float] = {}
+    depth_um: float | None = None
+    visible_share: float | None = None
+    annotation_sha256: str | None = None
 
     @property
     def mean_keypoint_um(self) -> float | None:
@@ -193,7 +225,10 @@ def error_table(
     ).reshape(true_um.shape[:2])
     by_formulas = prediction_errors(predicted_um, true_um, tool, is_in_range)
     by_fit = prediction_errors(fitted_um, true_um, tool, is_in_range)
-    rows = tuple(_row(each, place, by_formulas, by_fit, tool) for place, each in enumerate(judged))
+    angles_deg = target_arrays(true_um, tool).angles_deg
+    rows = tuple(
+        _row(each, place, by_formulas, by_fit, angles_deg, tool) for place, each in enumerate(judged)
+    )
     known = sum(len(each.truth_um) for each in judged)
 
     def share(names: Iterable[Sequence[str]]) -> float | None:
@@ -216,23 +251,34 @@ def error_table(
 
 
 def human_floor(
-    method: Method, volumes: Sequence[str], deviations: Mapping[str, NDArray[np.float64]]
+    method: Method,
+    annotators: Sequence[str],
+    volumes: Sequence[str],
+    apart: Mapping[str, Deviations],
 ) -> HumanFloor | None:
-    """Return how far people are apart, of deviations of shape (V,) by target, in the units of errors.
+    """Return how far people are apart, of the deviations of V volumes by target, in the units of errors.
 
     None where no volume has two annotators.
     """
-    figures = {name: error_figures(values, np.zeros(1, dtype=bool)) for name, values in deviations.items()}
+    published = {name: values.published for name, values in apart.items()}
+    figures = {name: error_figures(values, np.zeros(1, dtype=bool)) for name, values in published.items()}
     if not any(each.n for each in figures.values()):
         return None
-    by_volume = {
-        volume: _known({name: values[place] for name, values in deviations.items()})
-        for place, volume in enumerate(volumes)
-    }
+
+    def by_volume(values: Mapping[str, NDArray[np.float64]]) -> Mapping[str, Mapping[str, float]]:
+        of_each = {
+            volume: _known({name: of_target[place] for name, of_target in values.items()})
+            for place, volume in enumerate(volumes)
+        }
+        return {volume: targets for volume, targets in of_each.items() if targets}
+
     return HumanFloor(
         method=method,
         targets=figures,
-        volumes={volume: targets for volume, targets in by_volume.items() if targets},
+        volumes=by_volume(published),
+        leave_one_out=by_volume({name: values.leave_one_out for name, values in apart.items()}),
+        pairwise=by_volume({name: values.pairwise for name, values in apart.items()}),
+        annotators=tuple(annotators),
     )
 
 
@@ -241,9 +287,15 @@ def _row(
     place: int,
     by_formulas: PredictionErrors,
     by_fit: PredictionErrors,
+    true_angles_deg: Mapping[str, NDArray[np.float64]],
     tool: ToolSpecification,
 ) -> ErrorsOfVolume:
     prediction, names = judged.prediction, tool.keypoint_names
+    spreads_um = (
+        float(np.linalg.norm(each.confidence.spread_um))
+        for each in prediction.keypoints
+        if each.position_um is not None
+    )
     return ErrorsOfVolume(
         volume=judged.volume_id,
         whose=judged.whose,
@@ -259,8 +311,13 @@ def _row(
             if name in judged.truth_um and not prediction.volume.contains(judged.truth_um[name])
         ),
         presence=min((each.confidence.presence for each in prediction.keypoints), default=0.0),
+        spread_um=max(spreads_um, default=None),
         residual_um=None if prediction.pose is None else prediction.pose.rms_um,
         left_out=() if prediction.pose is None else prediction.pose.left_out,
+        true_angles_deg=_known({name: values[place] for name, values in true_angles_deg.items()}),
+        depth_um=depth_um(judged.truth_um, judged.depth_axis),
+        visible_share=visible_share(judged.truth_um, tool, prediction.volume),
+        annotation_sha256=truth_sha256(judged.truth_um),
     )
 
 

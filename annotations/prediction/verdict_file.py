@@ -1,0 +1,132 @@
+"""Files of verdicts: a file a reviewer and checkpoint, read and written so that no verdict is lost."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from annotations import __version__
+from annotations.documents.files import DocumentError, DocumentFile, document_bytes
+from annotations.documents.record import changed
+from annotations.documents.study import folder_name
+from annotations.documents.write_guard import writing_beside
+from annotations.durable_files import SaveError, replace_durably
+from annotations.prediction.verdicts import SCHEMA, VerdictList, VolumeVerdict
+
+VERDICT_FILE = DocumentFile(
+    VerdictList, SCHEMA, "a file of verdicts", "Correct the file, or move it away and judge again"
+)
+VERDICTS = "verdicts"
+"""Name of the folder in which a study keeps verdicts, one folder a checkpoint in it."""
+
+
+def verdict_path(folder: Path, checkpoint_name: str, reviewer: str) -> Path:
+    """Return where a study keeps what a reviewer says: ``verdicts/<checkpoint>/<reviewer>.json``.
+
+    Names that no folder can have are changed to some that one can (`folder_name`).
+    """
+    return folder / VERDICTS / folder_name(checkpoint_name) / f"{folder_name(reviewer)}.json"
+
+
+def load_verdicts(folder: Path, checkpoint_name: str, reviewer: str) -> VerdictList | None:
+    """Read what a reviewer says of a checkpoint in a study; None where that is nothing.
+
+    Raises
+    ------
+    DocumentError
+        The file cannot be read, is damaged, of a newer schema, or somebody else's. It is untouched.
+    """
+    path = verdict_path(folder, checkpoint_name, reviewer)
+    if not (path.exists() or path.is_symlink()):
+        return None
+    found = _read(path)
+    if (found.checkpoint, found.reviewer) != (checkpoint_name, reviewer):
+        # Some systems take Anna.json and anna.json for one file.
+        raise DocumentError(
+            f"it is what {found.reviewer!r} says of {found.checkpoint!r}, not {reviewer!r} of "
+            f"{checkpoint_name!r}",
+            where=path,
+            remedy="Give the file the name of its reviewer, or review under another name",
+        )
+    return found
+
+
+def study_verdicts(folder: Path, checkpoint_name: str) -> tuple[VerdictList, ...]:
+    """Read what all reviewers say of a checkpoint in a study, by their names; without those who say nothing.
+
+    Raises
+    ------
+    DocumentError
+        One of the files cannot be read, is damaged, or of a newer schema. They are untouched.
+    """
+    paths = sorted((folder / VERDICTS / folder_name(checkpoint_name)).glob("*.json"))
+    found = [_read(path) for path in paths]
+    return tuple(sorted((each for each in found if each.verdicts), key=lambda each: each.reviewer.casefold()))
+
+
+def record_verdict(folder: Path, checkpoint_name: str, reviewer: str, verdict: VolumeVerdict) -> VerdictList:
+    """Keep a verdict, in place of an earlier one of the reviewer on the volume, and return all of them.
+
+    Raises
+    ------
+    SaveError
+        What is there cannot be read, or the file cannot be written; what was there is whole.
+    """
+
+    def recorded(verdicts: tuple[VolumeVerdict, ...]) -> tuple[VolumeVerdict, ...]:
+        if all(each.volume != verdict.volume for each in verdicts):
+            return (*verdicts, verdict)
+        return tuple(verdict if each.volume == verdict.volume else each for each in verdicts)
+
+    return _rewritten(folder, checkpoint_name, reviewer, recorded)
+
+
+def withdraw_verdict(folder: Path, checkpoint_name: str, reviewer: str, volume: str) -> VerdictList:
+    """Take the reviewer's verdict on a volume back, if there is one, and return those that are left.
+
+    Raises
+    ------
+    SaveError
+        As by `record_verdict`.
+    """
+
+    def withdrawn(verdicts: tuple[VolumeVerdict, ...]) -> tuple[VolumeVerdict, ...]:
+        return tuple(each for each in verdicts if each.volume != volume)
+
+    return _rewritten(folder, checkpoint_name, reviewer, withdrawn)
+
+
+def verdict_bytes(verdicts: VerdictList) -> bytes:
+    """Return the bytes of a file of verdicts: UTF-8 JSON, a verdict a line, absent fields absent."""
+    fields = verdicts.model_dump(mode="json", exclude_none=True)
+    for each in fields["verdicts"]:
+        for name in ("note", "errors"):
+            if not each[name]:
+                del each[name]
+    return document_bytes(fields)
+
+
+def _read(path: Path) -> VerdictList:
+    return VERDICT_FILE.parse(VERDICT_FILE.read(path), path)
+
+
+def _rewritten(
+    folder: Path,
+    checkpoint_name: str,
+    reviewer: str,
+    edit: Callable[[tuple[VolumeVerdict, ...]], tuple[VolumeVerdict, ...]],
+) -> VerdictList:
+    path = verdict_path(folder, checkpoint_name, reviewer)
+    # A person may have two windows: neither loses what the other has just written.
+    with writing_beside(path):
+        try:
+            present = load_verdicts(folder, checkpoint_name, reviewer)
+        except DocumentError as error:
+            raise SaveError(
+                f"the verdicts that are there cannot be read, and are not overwritten ({error.problem})",
+                where=error.where or path,
+                remedy=error.remedy or "Move the file away, and judge again",
+            ) from error
+        before = present or VerdictList(checkpoint=checkpoint_name, reviewer=reviewer)
+        after = changed(before, verdicts=edit(before.verdicts), program=__version__)
+        if after.verdicts != before.verdicts:
+            replace_durably(path, verdict_bytes(after))
+    return after
