@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF
 
 from annotations.geometry.frames import Vector
@@ -36,12 +38,15 @@ class Pane:
     low_um: tuple[float, float]
     scale: float
 
-    def pixel(self, first_um: float, second_um: float) -> QPointF:
-        """Return where a position along the horizontal and the vertical axis is drawn."""
-        return QPointF(
-            self.area.left() + (first_um - self.low_um[0]) * self.scale,
-            self.area.top() + (second_um - self.low_um[1]) * self.scale,
-        )
+    def pixel(self, position_um: Vector) -> QPointF:
+        """Return where a position in µm is drawn."""
+        [[x, y]] = self.pixels(np.array([[position_um[self.horizontal], position_um[self.vertical]]]))
+        return QPointF(x, y)
+
+    def pixels(self, places_um: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return where places along the horizontal and the vertical axis are drawn, shape (n, 2) each."""
+        corner_px = np.array([self.area.left(), self.area.top()])
+        return np.asarray(corner_px + (places_um - np.array(self.low_um)) * self.scale)
 
 
 def lie(axis: int, depth_axis: int) -> tuple[int, int]:
@@ -85,7 +90,8 @@ def panes(
         1e-9,
     )
     left = room.left() + (room.width() - gap_px - width_um * scale) / 2
-    top = room.top()
+    used_px = max(heights_um[depth_axis] * scale, stacked_um * scale + gap_px)
+    top = room.top() + (room.height() - used_px) / 2
     right = left + widths_um[depth_axis] * scale + gap_px
     corners = {
         depth_axis: (left, top),

@@ -8,9 +8,9 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, link_boxes
+from annotations.geometry.meshes import Mesh, box_mesh
 from annotations.geometry.silhouette import silhouette_um
 from annotations.geometry.tool import ToolSpecification
 from annotations.prediction.live.frame import LiveFrame
@@ -25,9 +25,11 @@ _ALARM = QColor("#b3261e")
 _GAP_PX = 10.0
 _MARGIN_PX = 8.0
 _RADIUS_PX = 4.0
+_TOGETHER_PX = 16.0
+"""Within which keypoints share a label."""
 _LONGEST_BAR = 0.3
-_DARKEST, _BRIGHTEST = 20.0, 99.8
-"""Percentiles of the projections that are drawn black and white."""
+_DARKEST, _BRIGHTEST = 0.2, 0.998
+"""Which share of the projections is black, and which is not white."""
 _SLOWNESS = 0.9
 """How much of the last frame's black and white stays, so that speckle does not make the pictures flicker."""
 
@@ -39,7 +41,7 @@ class LiveProjections(QWidget):
         super().__init__(parent)
         self._frame: LiveFrame | None = None
         self._tool: ToolSpecification | None = None
-        self._boxes: Mapping[str, Box] = {}
+        self._bodies: Mapping[str, Mesh] = {}
         self._limits: tuple[float, float] | None = None
         self._words = ""
         self._was_painted = False
@@ -67,7 +69,7 @@ class LiveProjections(QWidget):
     def show_frame(self, frame: LiveFrame, tool: ToolSpecification) -> bool:
         """Paint a frame at once; False where nothing was painted, as in a window that is not to be seen."""
         self._frame, self._tool = frame, tool
-        self._boxes = _told_boxes(frame, tool)
+        self._bodies = _told_bodies(frame, tool)
         self._limits = _limits(frame, self._limits)
         self.setAccessibleDescription(self.warning)
         self._was_painted = False
@@ -108,9 +110,10 @@ class LiveProjections(QWidget):
     def _paint_pane(self, painter: QPainter, pane: Pane, frame: LiveFrame) -> None:
         assert self._limits is not None
         assert self._tool is not None
-        # Predicted places just outside of what the network sees are drawn in the gap.
+        # Predicted places just outside of what the network sees are drawn in the gap. In whole pixels: anything
+        # else takes three times as long.
         half = _GAP_PX / 2
-        painter.setClipRect(pane.area.adjusted(-half, -half, half, half))
+        painter.setClipRect(pane.area.adjusted(-half, -half, half, half).toAlignedRect())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         values = frame.projections[pane.axis]
         painter.drawImage(
@@ -125,18 +128,18 @@ class LiveProjections(QWidget):
         assert self._tool is not None
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for link in self._tool.links:
-            box = self._boxes.get(link.name)
-            if box is None:
+            body = self._bodies.get(link.name)
+            if body is None:
                 continue
-            outline_um = silhouette_um(box, (pane.horizontal, pane.vertical), is_round=link.is_round)
-            outline = QPolygonF([pane.pixel(first, second) for first, second in outline_um.tolist()])
+            outline_px = pane.pixels(silhouette_um(body, (pane.horizontal, pane.vertical)))
+            outline = QPolygonF([QPointF(x, y) for x, y in outline_px.tolist()])
             painter.setPen(QPen(QColor(link.color), 1.5))
             painter.drawPolygon(outline)
 
     def _paint_keypoints(self, painter: QPainter, pane: Pane, frame: LiveFrame) -> None:
         assert self._tool is not None
         places = {
-            keypoint.name: _drawn(pane, keypoint.position_um)
+            keypoint.name: pane.pixel(keypoint.position_um)
             for keypoint in frame.keypoints
             if keypoint.position_um is not None
         }
@@ -151,8 +154,8 @@ class LiveProjections(QWidget):
             painter.setPen(QPen(QColor(0, 0, 0), 1.0))
             painter.setBrush(color)
             painter.drawEllipse(places[keypoint.name], _RADIUS_PX, _RADIUS_PX)
-        for name, place in places.items():
-            _paint_text(painter, place + QPointF(_RADIUS_PX + 2, -_RADIUS_PX - 2), name, _INK)
+        for names, place in _labels(places):
+            _paint_text(painter, place + QPointF(_RADIUS_PX + 2, -_RADIUS_PX - 2), names, _INK)
 
     def _paint_guides(self, painter: QPainter, pane: Pane, frame: LiveFrame) -> None:
         area = pane.area
@@ -194,23 +197,25 @@ def _edges_um(frame: LiveFrame, grid: tuple[int, int, int]) -> tuple[Vector, Vec
     return (low[0], low[1], low[2]), (size[0], size[1], size[2])
 
 
-def _told_boxes(frame: LiveFrame, tool: ToolSpecification) -> Mapping[str, Box]:
-    """Return the boxes of the links of which the fitted pose tells the place."""
+def _told_bodies(frame: LiveFrame, tool: ToolSpecification) -> Mapping[str, Mesh]:
+    """Return the bodies of the links of which the fitted pose tells the place."""
     if frame.pose is None:
         return {}
     told = frame.pose.keypoints_um
     pose = ToolPose(frame.pose.position_um, frame.pose.rotation_wxyz, frame.pose.angles_deg)
+    links = {name: (tool.link(name), box) for name, box in link_boxes(pose, tool).items()}
     return {
-        name: box
-        for name, box in link_boxes(pose, tool).items()
-        if tool.link(name).base in told and tool.link(name).tip in told
+        name: box_mesh(box, is_round=link.is_round)
+        for name, (link, box) in links.items()
+        if link.base in told and link.tip in told
     }
 
 
 def _limits(frame: LiveFrame, before: tuple[float, float] | None) -> tuple[float, float]:
     """Return the values that are drawn black and white."""
     values = np.concatenate([picture.ravel() for picture in frame.projections])
-    low, high = (float(value) for value in np.percentile(values, (_DARKEST, _BRIGHTEST)))
+    shares = np.bincount(values, minlength=256).cumsum() / len(values)
+    low, high = (float(value) for value in np.searchsorted(shares, (_DARKEST, _BRIGHTEST)))
     if before is not None:
         low, high = (
             _SLOWNESS * old + (1 - _SLOWNESS) * new for old, new in zip(before, (low, high), strict=True)
@@ -220,15 +225,25 @@ def _limits(frame: LiveFrame, before: tuple[float, float] | None) -> tuple[float
 
 def _image(values: NDArray[np.uint8], limits: tuple[float, float]) -> QImage:
     low, high = limits
-    shades = np.clip((np.arange(256) - low) * (255 / (high - low)), 0, 255).astype(np.uint8)
-    shown = np.ascontiguousarray(shades[values])
+    shades = np.clip((np.arange(256) - low) * (255 / (high - low)), 0, 255).astype(np.uint32)
+    # As colours, though grey: only those are scaled up quickly.
+    shown = np.ascontiguousarray((0xFF000000 | shades * 0x010101)[values], dtype=np.uint32)
     rows, columns = shown.shape
     # A copy: the image itself only looks at the array's memory.
-    return QImage(shown.data, columns, rows, columns, QImage.Format.Format_Grayscale8).copy()
+    return QImage(shown.data, columns, rows, 4 * columns, QImage.Format.Format_RGB32).copy()
 
 
-def _drawn(pane: Pane, position_um: Vector) -> QPointF:
-    return pane.pixel(position_um[pane.horizontal], position_um[pane.vertical])
+def _labels(places: Mapping[str, QPointF]) -> list[tuple[str, QPointF]]:
+    """Return what is written where: keypoints that lie together have one label."""
+    labels: list[tuple[str, QPointF]] = []
+    for name, place in places.items():
+        for number, (names, other) in enumerate(labels):
+            if abs(other.x() - place.x()) < _TOGETHER_PX and abs(other.y() - place.y()) < _TOGETHER_PX:
+                labels[number] = (f"{names} {name}", other)
+                break
+        else:
+            labels.append((name, place))
+    return labels
 
 
 def _paint_text(painter: QPainter, place: QPointF, text: str, color: QColor) -> None:
