@@ -55,7 +55,8 @@ def _reasons(session: Session) -> Iterator[tuple[str, str]]:
     yield "rank_volumes", session.settling.reason
     yield "settle_consensus", session.settling.reason
     yield "compute_errors", session.reviewing.refusal
-    yield "export_errors", session.agreeing.export_refusal
+    yield "export_errors", session.reporting.refusal
+    yield "start_from_prediction", session.predicting.start_refusal
 
 
 def _active(session: Session) -> Part | None:
@@ -116,7 +117,7 @@ def _met_by_prediction(session: Session) -> Iterator[When]:
     document = session.document
     if document is None:
         return
-    if predicting.prediction is not None and document.method == "keypoints":
+    if predicting.prediction is not None and document.method == "keypoints" and not predicting.start_refusal:
         yield "predicted"
     if any(part.source == "predicted" for part in document.parts):
         yield "started_from_prediction"
@@ -129,9 +130,9 @@ def _met_by_review(session: Session) -> Iterator[When]:
     table = reviewing.table
     if table is not None and table.rows:
         yield "reviewed"
-        if not session.agreeing.export_refusal:
+        if not session.reporting.refusal:
             yield "errors"
-    if session.judging.is_judgeable:
+    if session.judging.open_volume is not None:
         yield "judgeable"
 
 
@@ -198,8 +199,8 @@ def _checked(session: Session) -> Iterator[str]:
         yield "rendering"
     if view.review_colors == "blue_orange":
         yield "review_colors"
-    if (judged := session.judging.own) is not None:
-        yield f"verdict_{judged.verdict}"
+    if (own := session.judging.open_judgement.own) is not None:
+        yield f"verdict_{own.verdict}"
 
 
 def _keypoint_texts(session: Session) -> Iterator[tuple[str, str]]:

@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtWidgets import (
@@ -19,18 +20,40 @@ from annotations.prediction.training_words import errors_in_words, training_in_w
 from annotator.looks.labels import ElidedText, Heading, WrappedText
 from annotator.looks.naming import named
 
-_HOW = (
-    "On the command line it finds the keypoints in volumes and the pose of the tool, and tells how far it is "
-    "off. This window does not use it."
-)
-_COLUMNS, _ROWS = 70, 7
+_HOW = "On the command line it does the same, and tells how far it is off:"
+_FITS = "The tool and the volume that are open"
+_FITS_NOTHING_OPEN = "The tool of the next annotation; no volume is open"
+_COLUMNS, _ROWS = 70, 5
+
+
+@dataclass(frozen=True)
+class CheckpointFit:
+    """How a checkpoint goes with what is open.
+
+    Attributes
+    ----------
+    unfitness : str
+        Why it does not fit, as a sentence without its full stop; empty where it does.
+    is_usable : bool
+        Whether it fits the tool, and so may be used at all.
+    is_in_use : bool
+    is_volume_open : bool
+    """
+
+    unfitness: str = ""
+    is_usable: bool = True
+    is_in_use: bool = False
+    is_volume_open: bool = False
 
 
 class CheckpointDialog(QDialog):
-    """Says what a checkpoint is: its name, tool, training and errors; and the commands that use it.
+    """Says what a checkpoint is, whether it fits what is open, and which commands use it; it can be taken.
+
+    It is accepted by whoever wants to use it.
 
     Parameters
     ----------
+    fit : CheckpointFit
     study_folder : Path, optional
         Of the open study, which one of the commands is about.
     is_new : bool
@@ -42,6 +65,7 @@ class CheckpointDialog(QDialog):
         checkpoint: Checkpoint,
         parent: QWidget | None = None,
         *,
+        fit: CheckpointFit = CheckpointFit(),
         study_folder: Path | None = None,
         is_new: bool = False,
     ) -> None:
@@ -53,6 +77,10 @@ class CheckpointDialog(QDialog):
         facts.addRow("File", ElidedText(str(checkpoint.path), name="checkpoint_path"))
         for name, title, text in _facts(checkpoint):
             facts.addRow(title, WrappedText(text, name=f"checkpoint_{name}"))
+        fits = WrappedText(_fit_words(fit), name="checkpoint_fit")
+        if fit.unfitness:
+            fits.set_color(lambda colors: colors.warning)
+        facts.addRow("Fits", fits)
         commands = "\n".join(_commands(checkpoint.path, study_folder))
         self._commands = named(QPlainTextEdit(commands), "checkpoint_commands", title="Commands that use it")
         self._commands.setReadOnly(True)
@@ -60,9 +88,16 @@ class CheckpointDialog(QDialog):
         self._commands.setMinimumWidth(metrics.averageCharWidth() * _COLUMNS)
         self._commands.setFixedHeight(metrics.lineSpacing() * _ROWS)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        use = buttons.addButton(
+            "In use" if fit.is_in_use else "&Use it", QDialogButtonBox.ButtonRole.AcceptRole
+        )
+        named(use, "checkpoint_use", tooltip="Let it predict, and show what it says over the volumes")
+        use.setEnabled(fit.is_usable and not fit.is_in_use)
+        use.setDefault(use.isEnabled())
         copy = buttons.addButton("&Copy the commands", QDialogButtonBox.ButtonRole.ActionRole)
         named(copy, "checkpoint_copy").clicked.connect(self._on_copy_clicked)
         named(buttons.button(QDialogButtonBox.StandardButton.Close), "checkpoint_close")
+        buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
         kind = "The checkpoint is made" if is_new else "This is a checkpoint, a trained network"
@@ -75,6 +110,13 @@ class CheckpointDialog(QDialog):
 
     def _on_copy_clicked(self) -> None:
         QApplication.clipboard().setText(self._commands.toPlainText())
+
+
+def _fit_words(fit: CheckpointFit) -> str:
+    if not fit.unfitness:
+        return _FITS if fit.is_volume_open else _FITS_NOTHING_OPEN
+    reason = f"{fit.unfitness[0].upper()}{fit.unfitness[1:]}."
+    return reason if not fit.is_usable else f"{reason} Others of the list may be."
 
 
 def _facts(checkpoint: Checkpoint) -> Iterator[tuple[str, str, str]]:

@@ -22,6 +22,8 @@ from annotator.session.view import View
 Index = QModelIndex | QPersistentModelIndex
 _ROOT = QModelIndex()
 _KEYS = 9
+# Nobody has said of these that they are there.
+_UNSEEN = ("fitted", "predicted")
 
 SHORT_STATES = {"occluded": "occl.", "out of view": "out", "unplaced": "–"}
 """Where there is no room for the words."""
@@ -281,14 +283,14 @@ class PartsModel(QAbstractTableModel, Generic[P]):
             color = plausibility_color(plausibility(residual_um, part_sigma_um(part)))
         if color is not None:
             return color
-        # What was filled in is no observation.
-        is_empty = part.state == "unplaced" or (kind == "number" and part.source == "fitted")
+        # What was filled in or predicted is no observation.
+        is_empty = part.state == "unplaced" or (kind == "number" and part.source in _UNSEEN)
         return colors.muted if kind == "source" or (kind != "name" and is_empty) else None
 
     def _font(self, part: P, column: int) -> QFont | None:
         kind, font = self._columns[column].kind, QFont()
         font.setBold(kind == "name" and part.name == self._session.view.active_part)
-        is_observed = part.name not in self._coming and part.source != "fitted"
+        is_observed = part.name not in self._coming and part.source not in _UNSEEN
         font.setItalic(kind in ("number", "source") and not is_observed)
         return font if font.bold() or font.italic() else None
 
@@ -300,6 +302,8 @@ class PartsModel(QAbstractTableModel, Generic[P]):
             return "Unlock it to change it" if part.locked else "Lock it against every change"
         if part.locked:
             return f"{part.name} is locked: unlock it to change it"
+        if kind == "source" and part.source == "predicted":
+            return "Predicted: accept it (Ctrl+Enter for all, or mark it as placed), or move it"
         if kind == "source" and part.source in ("consensus", "adopted"):
             return f"Taken from {part.adopted_from}" if part.adopted_from else "Proposed from all annotators"
         if kind == "number":

@@ -14,6 +14,7 @@ from annotations.geometry.tool import ToolSpecification
 from annotations.prediction.shipped import shipped_checkpoint
 from annotator.session.checkpoint_fit import tool_unfitness, volume_unfitness
 from annotator.session.jobs import Job
+from annotator.session.networks import Networks
 from annotator.session.opening import OpeningRequest
 from annotator.session.predicted import ShownPrediction
 from annotator.session.prediction_overlay import PredictionOverlay
@@ -31,7 +32,6 @@ from annotator.session.seeing import Seeing
 if TYPE_CHECKING:
     # Half a second that only those wait for who predict.
     from annotations.prediction.checkpoint import Checkpoint
-    from annotations.prediction.inference_process import InferenceProcess
     from annotations.prediction.prediction import Prediction
     from annotations.prediction.study_errors import Truth
 
@@ -92,13 +92,13 @@ class Predicting(QObject):
         self._checkpoints: tuple[Checkpoint, ...] = ()
         self._current: Checkpoint | None = None
         self._truth: Truth | None = None
-        self._processes: dict[str, InferenceProcess] = {}
+        self._networks = Networks()
         self._shipped: Remembered[Path | None] = Remembered()
         self._job: Job | None = None
         self._tasks: tuple[PredictionTask, ...] = ()
         self._done = 0
         self._is_asked_for = False
-        self._overlay = PredictionOverlay(session, seeing, self.process_of, self)
+        self._overlay = PredictionOverlay(session, seeing, self._networks.process_of, self)
         self._overlay.changed.connect(self.shown_changed)
         # It comes from the thread that predicts.
         self._advanced.connect(self._on_self_advanced, Qt.ConnectionType.QueuedConnection)
@@ -145,10 +145,11 @@ class Predicting(QObject):
             place = loaded.index(checkpoint.sha256)
             # The same content, maybe from another file: the one that is there now.
             self._checkpoints = (*self._checkpoints[:place], checkpoint, *self._checkpoints[place + 1 :])
-            self._end(checkpoint.sha256)
+            self._networks.end(checkpoint.sha256)
         else:
             self._checkpoints = (*self._checkpoints, checkpoint)
         self._use(checkpoint)
+        self._session.post_message(f"{checkpoint.description.name} is in use: Ctrl+P predicts this volume")
 
     def choose(self, sha256: str) -> None:
         """Use another one of those that are loaded."""
@@ -162,24 +163,15 @@ class Predicting(QObject):
         if rest == self._checkpoints:
             return
         self._checkpoints = rest
-        self._end(sha256)
+        self._networks.end(sha256)
         if self._current is not None and self._current.sha256 == sha256:
             self._use(rest[-1] if rest else None)
         else:
             self.checkpoints_changed.emit()
 
-    def process_of(self, checkpoint: "Checkpoint") -> "InferenceProcess":
-        """Return where a checkpoint runs: a process of its own, that starts when it is needed."""
-        from annotations.prediction.inference_process import InferenceProcess  # late: few sessions predict
-
-        if checkpoint.sha256 not in self._processes:
-            self._processes[checkpoint.sha256] = InferenceProcess(checkpoint.path, sha256=checkpoint.sha256)
-        return self._processes[checkpoint.sha256]
-
     def close(self) -> None:
-        """End the processes."""
-        for sha256 in tuple(self._processes):
-            self._end(sha256)
+        """End the processes in which checkpoints run."""
+        self._networks.close()
 
     # The truth
 
@@ -219,8 +211,13 @@ class Predicting(QObject):
 
     @property
     def start_refusal(self) -> str:
-        """Why no annotation may start from a prediction here, without a full stop; empty where one may."""
-        return self._seeing.refusal
+        """Why no annotation may start from a prediction here, without a full stop; empty where one may.
+
+        Empty as well where the person may look before their own work is done, and has not done so yet. It is
+        not looked for before there is a prediction: that reads files.
+        """
+        is_free = self.prediction is None or self._seeing.permission.may_look
+        return "" if is_free else self._seeing.refusal
 
     def start_from_prediction(self) -> None:
         """Put unplaced keypoints where ``current`` has them, as one edit."""
@@ -232,7 +229,7 @@ class Predicting(QObject):
         if self._session.read_only_reason:
             self._session.post_message(self._session.read_only_reason)
             return
-        if refusal := self.start_refusal:
+        if refusal := self._seeing.refusal:
             self._session.post_message(f"{refusal}: no annotation starts from a prediction before that")
             return
         # Before it is there: whoever corrects a prediction has seen it.
@@ -292,7 +289,7 @@ class Predicting(QObject):
             )
             return
         tasks = tuple(self._task(index) for index in indices)
-        process, known_spacing = self.process_of(checkpoint), self._known_spacing
+        process, known_spacing = self._networks.process_of(checkpoint), self._known_spacing
         self._tasks, self._done = tasks, 0
         self._is_asked_for = tuple(indices) == (self._session.current_index,)
 
@@ -346,11 +343,6 @@ class Predicting(QObject):
         self._current = checkpoint
         self._overlay.use(checkpoint, self.truth if checkpoint is not None else None)
         self.checkpoints_changed.emit()
-
-    def _end(self, sha256: str) -> None:
-        process = self._processes.pop(sha256, None)
-        if process is not None:
-            process.close()
 
     def _finish(self) -> None:
         is_asked_for, self._is_asked_for = self._is_asked_for, False

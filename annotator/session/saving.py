@@ -56,6 +56,9 @@ class SessionSaving(SessionPosing):
         if self.save() and status == "done" and self._document is not None:
             missing = [part.name for part in self._document.parts if part.anchor_um is None]
             doubts = []
+            unjudged = [part.name for part in self._document.parts if part.source == "predicted"]
+            if unjudged:
+                doubts.append(f"nobody has accepted or corrected {', '.join(unjudged)} since the prediction")
             if missing:
                 doubts.append(f"{', '.join(missing)} {'has' if len(missing) == 1 else 'have'} no position")
             if mistakes:

@@ -1,6 +1,6 @@
 """What the menus Edit and Annotate do to the document and to the active keypoint or box."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from PySide6.QtWidgets import QInputDialog, QWidget
@@ -116,8 +116,28 @@ class AnnotateHandlers:
 
     def _toggle_done(self) -> None:
         document = self._session.document
-        if document is not None:
-            self._session.set_status("in_progress" if document.status == "done" else "done")
+        if document is None:
+            return
+        unjudged = [part.name for part in document.parts if part.source == "predicted"]
+        if document.status == "done":
+            self._session.set_status("in_progress")
+        elif unjudged:
+            self._ask_about_predicted(unjudged)
+        else:
+            self._session.set_status("done")
+
+    def _ask_about_predicted(self, names: Sequence[str]) -> None:
+        from annotator.dialogs.unjudged_dialog import UnjudgedDialog  # late: few start from predictions
+
+        dialog = UnjudgedDialog(names, self._window)
+
+        def on_dialog_accepted() -> None:
+            if dialog.choice == "accept":
+                self._session.predicting.accept_predicted()
+            self._session.set_status("done")
+
+        dialog.accepted.connect(on_dialog_accepted)
+        self._questions.show(dialog)
 
     def _flag(self) -> None:
         from annotator.dialogs.flag_dialog import FlagDialog  # late: few volumes are flagged

@@ -140,7 +140,7 @@ class MainWindow(QMainWindow):
                 **agreement.by_name(),
                 **ConsensusHandlers(session, self.questions, self, self._docks["consensus"]).by_name(),
                 **ToolsHandlers(session).by_name(),
-                **PredictionHandlers(session, self, self._worklist).by_name(),
+                **PredictionHandlers(session, self.questions, self, self._worklist).by_name(),
                 **LiveHandlers(session, self, self._on_predictions_action_requested).by_name(),
                 **ReviewHandlers(session, self.questions, self, self._docks["predictions"]).by_name(),
                 **self._looks.by_name(),

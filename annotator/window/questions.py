@@ -302,11 +302,20 @@ class Questions(QObject):
         self._show_checkpoint(checkpoint, is_new=True)
 
     def _show_checkpoint(self, checkpoint: "Checkpoint", *, is_new: bool) -> None:
-        from annotator.dialogs.checkpoint_dialog import CheckpointDialog  # late: few open one
+        from annotator.dialogs.checkpoint_dialog import CheckpointDialog, CheckpointFit  # late: few open one
 
-        worklist = self._session.worklist
+        worklist, predicting = self._session.worklist, self._session.predicting
         folder = None if worklist.study is None or worklist.is_blind else worklist.folder
-        self.show(CheckpointDialog(checkpoint, self._window, study_folder=folder, is_new=is_new))
+        current = predicting.current
+        fit = CheckpointFit(
+            predicting.unfitness(checkpoint),
+            is_usable=not predicting.tool_unfitness(checkpoint),
+            is_in_use=current is not None and current.sha256 == checkpoint.sha256,
+            is_volume_open=self._session.volume is not None,
+        )
+        dialog = CheckpointDialog(checkpoint, self._window, fit=fit, study_folder=folder, is_new=is_new)
+        dialog.accepted.connect(lambda: predicting.load(checkpoint))
+        self.show(dialog)
 
     def _on_session_look_requested(self, path: Path, reason: str) -> None:
         from annotator.dialogs.look_dialog import LookDialog  # late: few ask for it
