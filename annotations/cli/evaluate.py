@@ -1,11 +1,13 @@
 """``annotations evaluate``: how far a checkpoint's keypoints are from what people say, or from the truth."""
 
 import argparse
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
+from annotations.agreement.report.labels import listed
 from annotations.cli.output import show_progress, write_json, write_text
 from annotations.documents.files import document_bytes
 from annotations.documents.study import load_study
@@ -16,8 +18,17 @@ from annotations.learning.settings import SettingsError, TrainingSettings, parse
 from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
 from annotations.prediction.error_table import ErrorTable
 from annotations.prediction.error_text import error_text
-from annotations.prediction.evaluation import HeldOut, SyntheticVolumes, evaluate_study, evaluate_synthetic
+from annotations.prediction.evaluation import (
+    Evaluation,
+    HeldOut,
+    SyntheticVolumes,
+    evaluate_study,
+    evaluate_synthetic,
+)
 from annotations.prediction.predictor import Predictor
+from annotations.prediction.report.exporting import export_errors
+from annotations.prediction.report.file_names import report_paths
+from annotations.prediction.report.material import ReportMaterial, report_material
 from annotations.prediction.runtime import Runtime
 from annotations.prediction.shipped import find_checkpoint
 from annotations.prediction.study_errors import Truth
@@ -25,39 +36,84 @@ from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIO
 
 _SEED = 2_000_003
 _OF_SYNTHETIC = ("seed", "conditions", "looks", "noise_sigma_grey")
-_OF_STUDIES = ("annotator", "method", "shares", "split_seed")
+_OF_STUDIES = ("annotator", "method", "shares", "split_seed", "anew")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Predict and compare; return the exit code: 1 where nothing could be compared, or a volume could not."""
     _check_use(arguments)
-    checkpoint = load_checkpoint(find_checkpoint(arguments.checkpoint))
-    if arguments.synthetic is not None:
-        made = _synthetic(arguments, checkpoint)
-        table = evaluate_synthetic(Predictor(checkpoint, Runtime(checkpoint)), made, show_progress).table
-        about: dict[str, Any] = {
-            "synthetic": {
-                "count": made.count,
-                "seed": made.seed,
-                "conditions": made.conditions.model_dump(mode="json"),
-            }
+    paths = (arguments.checkpoint, *(arguments.against or ()))
+    checkpoints = [load_checkpoint(find_checkpoint(path)) for path in paths]
+    evaluations, about, remark = (_on_study if arguments.synthetic is None else _on_synthetic)(
+        arguments, checkpoints
+    )
+    tables = [each.table for each in evaluations]
+    _write(arguments.json, tables, {"checkpoint": str(arguments.checkpoint), **about}, remark)
+    if arguments.report is not None:
+        truth = Truth() if arguments.study is None else _truth(arguments, checkpoints[0])
+        material = report_material(
+            evaluations[0].tool,
+            truth,
+            tables,
+            [each.predictions for each in evaluations],
+            arguments.study,
+            remarks=[remark] if remark else (),
+        )
+        _report(material, arguments)
+    return 1 if any(table.unjudged or not table.rows for table in tables) else 0
+
+
+def _on_synthetic(
+    arguments: argparse.Namespace, checkpoints: Sequence[Checkpoint]
+) -> tuple[list[Evaluation], dict[str, Any], str]:
+    """Judge checkpoints by the same synthetic volumes; return what is to be said of these besides."""
+    if len({checkpoint.description.tool.fingerprint for checkpoint in checkpoints}) > 1:
+        raise UserError(
+            "the checkpoints are for several tools, and synthetic volumes are made of one",
+            where=arguments.checkpoint,
+            remedy="Compare those of one tool",
+        )
+    # Each is asked: none may have seen them in its training.
+    made, *_ = [_synthetic(arguments, checkpoint) for checkpoint in checkpoints]
+    evaluations = [
+        evaluate_synthetic(Predictor(checkpoint, Runtime(checkpoint)), made, _progress(place, checkpoints))
+        for place, checkpoint in enumerate(checkpoints)
+    ]
+    about = {
+        "synthetic": {
+            "count": made.count,
+            "seed": made.seed,
+            "conditions": made.conditions.model_dump(mode="json"),
         }
-        words = _conditions_in_words(made.conditions)
-    else:
-        held_out = _held_out(arguments, checkpoint)
-        words = _doubt(arguments, checkpoint)
-        table = evaluate_study(
+    }
+    return evaluations, about, _conditions_in_words(made.conditions)
+
+
+def _on_study(
+    arguments: argparse.Namespace, checkpoints: Sequence[Checkpoint]
+) -> tuple[list[Evaluation], dict[str, Any], str]:
+    """Judge checkpoints by the same annotations; return what is to be said of these besides."""
+    held_out = _held_out(arguments, checkpoints)
+    truth = _truth(arguments, checkpoints[0])
+    evaluations = [
+        evaluate_study(
             Predictor(checkpoint, Runtime(checkpoint)),
             arguments.study,
-            _truth(arguments, checkpoint),
+            truth,
             held_out,
-            progress=show_progress,
-        ).table
-        about = {"study": str(arguments.study), "split": arguments.split}
-        if held_out is not None:
-            about |= {"shares": held_out.rule.shares, "split_seed": held_out.rule.seed}
-    _write(arguments.json, table, {"checkpoint": str(arguments.checkpoint), **about}, words)
-    return 1 if table.unjudged or not table.rows else 0
+            takes_kept=not arguments.anew,
+            progress=_progress(place, checkpoints),
+        )
+        for place, checkpoint in enumerate(checkpoints)
+    ]
+    about: dict[str, Any] = {"study": str(arguments.study), "split": arguments.split}
+    if held_out is not None:
+        about |= {"shares": held_out.rule.shares, "split_seed": held_out.rule.seed}
+    return evaluations, about, _doubt(arguments, checkpoints)
+
+
+def _progress(place: int, checkpoints: Sequence[Checkpoint]) -> Callable[[float], None]:
+    return lambda share: show_progress((place + share) / len(checkpoints))
 
 
 def _check_use(arguments: argparse.Namespace) -> None:
@@ -84,7 +140,7 @@ def _synthetic(arguments: argparse.Namespace, checkpoint: Checkpoint) -> Synthet
         if seed in seen:
             raise UserError(
                 f"the checkpoint has seen the volumes of seed {seed} in its training",
-                where=arguments.checkpoint,
+                where=checkpoint.path,
                 remedy="Take another with --seed",
             )
     conditions = PLAIN_CONDITIONS if arguments.conditions == "plain" else TRAINING_CONDITIONS
@@ -118,11 +174,13 @@ def _conditions_in_words(conditions: SceneConditions) -> str:
     )
 
 
-def _held_out(arguments: argparse.Namespace, checkpoint: Checkpoint) -> HeldOut | None:
+def _held_out(arguments: argparse.Namespace, checkpoints: Sequence[Checkpoint]) -> HeldOut | None:
     if arguments.split == "all":
         return None
-    trained_on = frozenset(checkpoint.description.training.training_fingerprints)
-    return HeldOut(arguments.split, _rule(arguments, checkpoint), trained_on)
+    trainings = [checkpoint.description.training for checkpoint in checkpoints]
+    # All are judged by the same volumes, none of which any of them was trained on.
+    trained_on = frozenset[str]().union(*(each.training_fingerprints for each in trainings))
+    return HeldOut(arguments.split, _rule(arguments, checkpoints[0]), trained_on)
 
 
 def _truth(arguments: argparse.Namespace, checkpoint: Checkpoint) -> Truth:
@@ -164,21 +222,42 @@ def _rule(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SplitRule:
     return split_rule(shares, seed)
 
 
-def _doubt(arguments: argparse.Namespace, checkpoint: Checkpoint) -> str:
-    """Say that volumes of the training are among those that it is judged by; empty where they are not."""
-    if arguments.split != "all" or not _is_of_training(arguments, checkpoint):
+def _doubt(arguments: argparse.Namespace, checkpoints: Sequence[Checkpoint]) -> str:
+    """Say that volumes of the training are among those that they are judged by; empty where they are not."""
+    suspects = [
+        checkpoint.description.name for checkpoint in checkpoints if _is_of_training(arguments, checkpoint)
+    ]
+    if arguments.split != "all" or not suspects:
         return ""
+    who = "the checkpoint" if len(checkpoints) == 1 else listed(suspects)
     return (
-        "the checkpoint was trained on volumes of this study: the errors of new ones are larger; "
+        f"{who} was trained on volumes of this study: the errors of new ones are larger; "
         "--split validation leaves those of the training out"
     )
 
 
-def _write(output: Path | None, table: ErrorTable, about: dict[str, Any], words: str) -> None:
-    fields = {**about, "remark": words, "errors": table.model_dump(mode="json")}
+def _write(output: Path | None, tables: Sequence[ErrorTable], about: dict[str, Any], remark: str) -> None:
+    first, *others = tables
+    fields = {**about, "remark": remark, "errors": first.model_dump(mode="json")}
+    if others:
+        fields["against"] = [table.model_dump(mode="json") for table in others]
     if output == Path("-"):
         write_json(fields)
         return
-    write_text(error_text(table) + (f"\n  {words}" if words else ""))
+    write_text("\n\n".join(map(error_text, tables)) + (f"\n  {remark}" if remark else ""))
     if output is not None:
         replace_durably(output, document_bytes(fields))
+
+
+def _report(material: ReportMaterial, arguments: argparse.Namespace) -> None:
+    places = report_paths(arguments.report)
+    export_errors(
+        material,
+        arguments.study,
+        html=places["html"],
+        csv=places["csv"],
+        json=places["json"],
+        text=places["text"],
+        latex=places["latex"],
+        progress=show_progress,
+    )

@@ -163,6 +163,20 @@ def _add_evaluate(commands: "Commands") -> None:
     evaluate.add_argument("checkpoint", type=Path, metavar="CHECKPOINT", help=_CHECKPOINT_HELP)
     evaluate.add_argument("study", nargs="?", type=Path, metavar="STUDY", help="a study's folder")
     evaluate.add_argument(
+        "--against",
+        nargs="+",
+        type=Path,
+        metavar="CHECKPOINT",
+        help="others, judged by the same volumes and compared with the first, volume by volume",
+    )
+    evaluate.add_argument(
+        "--report",
+        type=Path,
+        metavar="FOLDER",
+        help="write the errors for people, papers and programs: errors.html, .txt, .tex, .json, and tables "
+        "in errors-csv",
+    )
+    evaluate.add_argument(
         "--json",
         nargs="?",
         const=Path("-"),
@@ -174,6 +188,12 @@ def _add_evaluate(commands: "Commands") -> None:
         evaluate,
         usually="those of the checkpoint's training if it was on this study, else those that the study asks "
         "for, keypoints where it asks for both",
+    )
+    evaluate.add_argument(
+        "--anew",
+        action="store_true",
+        default=None,
+        help="predict again what the study keeps of the checkpoint's predictions, too",
     )
     evaluate.add_argument(
         "--split",

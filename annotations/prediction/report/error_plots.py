@@ -154,7 +154,8 @@ def _conditions(tool: ToolSpecification) -> tuple[_Condition, ...]:
             "spread",
             "Error against the width of the heatmaps",
             "width of the heatmaps (µm)",
-            "Their width is the other way in which the network says how sure it is.",
+            "The width is the standard deviation of the widest heatmap; where a network is sure, it is "
+            "narrow.",
             lambda row: row.spread_um,
         ),
         *(
