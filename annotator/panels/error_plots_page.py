@@ -64,7 +64,7 @@ class ErrorPlotsPage(QWidget):
         if review is not self._reviewed:
             self._reviewed = review
             tables = _tables(review)
-            self._plots = error_plots(tables, review.tool) if review is not None and tables else ()
+            self._plots = error_plots(tables, review.material.tool) if review is not None and tables else ()
             self._offer()
             self._draw_plot()
         self._picture.mark_open(self._session.reviewing.open_volume)
@@ -131,7 +131,7 @@ class ErrorPlotsPage(QWidget):
 
 def _tables(review: Review | None) -> Sequence[ErrorTable]:
     """Return the tables that have anything to draw, that of each checkpoint."""
-    tables = () if review is None else tuple(each.table for each in review.by_sha256.values())
+    tables = () if review is None else review.material.tables
     return tuple(table for table in tables if table.rows)
 
 

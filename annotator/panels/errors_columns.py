@@ -18,7 +18,7 @@ _RATIO = (
     "target in which that is most: what the volumes are ranked by"
 )
 _RANK = "Which volume needs a look first; no volume has two annotators who could be apart from each other"
-_FLOOR = "in brackets how far the annotators of the volume are apart; coloured where the error is larger"
+_FLOOR = "in brackets how far another person would be from the truth; coloured where the error is larger"
 _BY_FORMULAS, _BY_FIT = "of the predicted keypoints", "of the pose that was fitted to them"
 
 

@@ -65,7 +65,7 @@ class ErrorsModel(QAbstractTableModel):
     def show_errors(
         self,
         table: ErrorTable,
-        ranking: Mapping[str, RankedVolume],
+        ranking: Sequence[RankedVolume],
         label: Callable[[str], str],
         judgement: Callable[[str], Judgement],
     ) -> None:
@@ -74,8 +74,8 @@ class ErrorsModel(QAbstractTableModel):
         self._table = table
         by_volume = {row.volume: row for row in table.rows}
         self._all = tuple(
-            ReviewedVolume(label(volume), by_volume[volume], ranked, rank, judgement(volume))
-            for rank, (volume, ranked) in enumerate(ranking.items())
+            ReviewedVolume(label(each.volume), by_volume[each.volume], each, place, judgement(each.volume))
+            for place, each in enumerate(ranking)
         )
         self._columns = columns_of(table, by_fit=self._by_fit)
         self._shown = self._as_wanted()

@@ -88,6 +88,7 @@ class PredictionsPanel(QWidget):
         self._lay_out()
         session.reviewing.changed.connect(self._draw)
         session.judging.changed.connect(self._draw)
+        session.reporting.changed.connect(self._draw)
         session.predicting.running_changed.connect(self._draw)
         session.predicting.checkpoints_changed.connect(self._draw)
         session.predicting.truth_changed.connect(self._draw)
@@ -186,8 +187,8 @@ class PredictionsPanel(QWidget):
         self._predict.setText("&Cancel" if predicting.is_predicting else "&Predict the study")
         self._compute.setText("&Cancel" if reviewing.is_computing else "&Compute")
         self._compute.setEnabled(reviewing.may_compute)
-        table, refusal = reviewing.table, self._session.agreeing.export_refusal
-        self._export.setEnabled(table is not None and bool(table.rows) and not refusal)
+        refusal = self._session.reporting.refusal
+        self._export.setEnabled(not refusal and not self._session.reporting.is_exporting)
         self._export.setToolTip(refusal or _EXPORT)
         self._state.setText(self._words())
         self._state.set_color((lambda colors: colors.warning) if reviewing.is_stale else None)
@@ -212,7 +213,7 @@ class PredictionsPanel(QWidget):
             self._make_pages()
         self._tabs.setVisible(has_rows)
         if self._pages is not None:
-            is_paired = reviewing.review is not None and reviewing.review.paired is not None
+            is_paired = reviewing.review is not None and reviewing.review.is_paired
             self._tabs.setTabVisible(_SIDE_BY_SIDE, is_paired)
             for page in self._pages:
                 page.draw()

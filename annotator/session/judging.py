@@ -1,15 +1,21 @@
 """The session's verdicts: who is wrong where a checkpoint and an annotation differ, as a reviewer says."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from annotations.documents.record import changed
+from annotations.errors import UserError
+from annotator.session.remembered import Remembered
 from annotator.session.reviewing import Reviewing
 from annotator.session.state import SessionState
 
 if TYPE_CHECKING:
+    from annotations.prediction.error_table import ErrorsOfVolume
+    from annotations.prediction.prediction import CheckpointReference
     from annotations.prediction.verdicts import Verdict, VerdictList, VolumeVerdict
 
 VERDICT_WORDS: "Mapping[Verdict, str]" = {
@@ -21,6 +27,7 @@ VERDICT_WORDS: "Mapping[Verdict, str]" = {
 """Who is wrong by each verdict, in a word."""
 
 _CHANGED = "*"
+_NO_ROW = "A verdict is about a volume of the list of errors: open one"
 
 
 @dataclass(frozen=True)
@@ -81,6 +88,8 @@ class Judging(QObject):
         self._session = session
         self._reviewing = reviewing
         self._lists: dict[str, tuple[VerdictList, ...]] = {}
+        self._by_volume: Remembered[Mapping[str, Mapping[str, VolumeVerdict]]] = Remembered()
+        reviewing.changed.connect(self._on_reviewing_changed)
         reviewing.computed.connect(self._on_reviewing_computed)
 
     @property
@@ -91,9 +100,8 @@ class Judging(QObject):
     @property
     def open_volume(self) -> str | None:
         """The open volume, if a verdict can be given on it."""
-        volume, table = self._reviewing.open_volume, self._reviewing.table
-        is_there = table is not None and any(row.volume == volume for row in table.rows)
-        return volume if is_there else None
+        volume = self._reviewing.open_volume
+        return volume if self._reviewing.row_of(volume) is not None else None
 
     @property
     def open_judgement(self) -> Judgement:
@@ -101,41 +109,92 @@ class Judging(QObject):
         volume = self.open_volume
         return _NOTHING_SAID if volume is None else self.judgement(volume)
 
-    @property
-    def is_judgeable(self) -> bool:
-        """Whether a verdict can be given on the open volume."""
-        return self.open_volume is not None
-
-    @property
-    def own(self) -> "VolumeVerdict | None":
-        """The person's own verdict on the open volume."""
-        return self.open_judgement.own
-
     def judgement(self, volume: str) -> Judgement:
         """Return what is said of a volume, about the checkpoint in use."""
-        current = self._reviewing.current
-        if current is None:
+        checkpoint = self._checkpoint()
+        if checkpoint is None:
             return _NOTHING_SAID
-        said = {
-            each.reviewer: verdict
-            for each in self._lists.get(current.checkpoint.sha256, ())
-            for verdict in each.verdicts
-            if verdict.volume == volume
-        }
+        by_volume = self._by_volume.result(_by_volume, self._lists.get(checkpoint.sha256))
+        said = dict(by_volume.get(volume, {}))
         own = said.pop(self._session.person, None)
         return Judgement(own, said, own is not None and self._is_outdated(own))
 
     def judge(self, verdict: "Verdict") -> None:
         """Record a verdict on the open volume; the same one again takes it back, or renews an old one."""
+        from annotations.prediction.verdict_file import record_verdict, withdraw_verdict  # late: few judge
+        from annotations.prediction.verdicts import verdict_on
+
+        row, checkpoint, before = self._row(), self._checkpoint(), self.open_judgement
+        if row is None or checkpoint is None:
+            self._session.post_message(_NO_ROW)
+            return
+        if before.own is not None and before.own.verdict == verdict and not before.is_outdated:
+            self._write(checkpoint, lambda *of: withdraw_verdict(*of, row.volume))
+            return
+        said = verdict_on(row, checkpoint, verdict, "" if before.own is None else before.own.note)
+        self._write(checkpoint, lambda *of: record_verdict(*of, said))
 
     def write_note(self, volume: str, note: str) -> None:
         """Write a note to the person's verdict on a volume."""
+        from annotations.prediction.verdict_file import record_verdict  # late: few judge
+
+        own, checkpoint = self.judgement(volume).own, self._checkpoint()
+        if own is not None and checkpoint is not None and own.note != note:
+            said = changed(own, note=note)
+            self._write(checkpoint, lambda *of: record_verdict(*of, said))
+
+    def _write(
+        self, checkpoint: "CheckpointReference", write: "Callable[[Path, str, str], VerdictList]"
+    ) -> None:
+        """Write the person's file at once, as a small one: who goes on has nothing to lose."""
+        person = self._session.person
+        try:
+            written = write(self._session.worklist.folder, checkpoint.name, person)
+        except UserError as error:
+            self._session.report(error)
+            self.changed.emit()
+            return
+        others = (each for each in self._lists.get(checkpoint.sha256, ()) if each.reviewer != person)
+        self._lists[checkpoint.sha256] = (*others, written)
+        self.changed.emit()
+
+    def _row(self) -> "ErrorsOfVolume | None":
+        return self._reviewing.row_of(self._reviewing.open_volume)
+
+    def _checkpoint(self) -> "CheckpointReference | None":
+        table = self._reviewing.table
+        return None if table is None else table.checkpoint
 
     def _is_outdated(self, verdict: "VolumeVerdict") -> bool:
-        return False
+        from annotations.prediction.verdicts import is_stale  # late: few judge
+
+        checkpoint = self._checkpoint()
+        row = self._reviewing.row_of(verdict.volume)
+        return checkpoint is not None and is_stale(verdict, row, checkpoint.sha256)
+
+    def _on_reviewing_changed(self) -> None:
+        if self._reviewing.review is None:
+            self._lists = {}
 
     def _on_reviewing_computed(self) -> None:
-        review = self._reviewing.review
-        reviews = review.by_sha256 if review is not None else {}
-        self._lists = {sha256: each.verdicts for sha256, each in reviews.items()}
+        from annotations.prediction.verdict_file import load_verdicts  # late: few judge
+
+        review, person = self._reviewing.review, self._session.person
+        if review is None:
+            return
+        self._lists = {}
+        for checkpoint, judged in zip(review.checkpoints, review.material.checkpoints, strict=True):
+            others = (each for each in judged.verdicts if each.reviewer != person)
+            # Anew: a verdict may have been given while the errors were computed.
+            own = load_verdicts(review.folder, checkpoint.description.name, person)
+            self._lists[checkpoint.sha256] = (*others, *((own,) if own is not None else ()))
         self.changed.emit()
+
+
+def _by_volume(lists: "tuple[VerdictList, ...] | None") -> "Mapping[str, Mapping[str, VolumeVerdict]]":
+    """Return the verdicts by the volume and by who says so."""
+    said: dict[str, dict[str, VolumeVerdict]] = {}
+    for each in lists or ():
+        for verdict in each.verdicts:
+            said.setdefault(verdict.volume, {})[each.reviewer] = verdict
+    return said

@@ -11,12 +11,13 @@ from annotator.session.agreeing import Agreeing, subject_of
 from annotator.session.jobs import Job
 from annotator.session.predicting import Predicting
 from annotator.session.remembered import Remembered
-from annotator.session.review import CheckpointReview, Review, computed_review, review_marks
+from annotator.session.review import Review, computed_review, review_marks
 from annotator.session.saving import SessionSaving
 from annotator.session.worklist import NAMELESS, WorkItem
 
 if TYPE_CHECKING:
-    from annotations.prediction.error_table import ErrorTable
+    from annotations.prediction.error_table import ErrorsOfVolume, ErrorTable
+    from annotations.prediction.report.material import JudgedCheckpoint
 
 _NO_STUDY = "Open a study: predictions are held against what its people say"
 _NO_CHECKPOINT = "Load a checkpoint first"
@@ -69,6 +70,7 @@ class Reviewing(QObject):
         self._going_to: str | None = None
         self._goes_to_worst = False
         self._places: Remembered[Mapping[str, int]] = Remembered()
+        self._rows: Remembered[Mapping[str, ErrorsOfVolume]] = Remembered()
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(_SETTLES_MS)
@@ -102,7 +104,7 @@ class Reviewing(QObject):
         return self._review
 
     @property
-    def current(self) -> CheckpointReview | None:
+    def current(self) -> "JudgedCheckpoint | None":
         """The part of the review that is about the checkpoint in use."""
         checkpoint = self._predicting.current
         if self._review is None or checkpoint is None:
@@ -113,6 +115,11 @@ class Reviewing(QObject):
     def table(self) -> "ErrorTable | None":
         """The errors of the checkpoint in use."""
         return self.current.table if self.current is not None else None
+
+    def row_of(self, volume: str | None) -> "ErrorsOfVolume | None":
+        """Return the errors of the checkpoint in use in a volume; None where there are none."""
+        rows = self._rows.result(_rows_of, self.table)
+        return None if volume is None else rows.get(volume)
 
     @property
     def is_stale(self) -> bool:
@@ -195,7 +202,7 @@ class Reviewing(QObject):
         """The volumes, by their ids, in the order in which they are walked through."""
         if self._order is not None:
             return self._order
-        return tuple(self.current.ranking) if self.current is not None else ()
+        return tuple(each.volume for each in self.current.ranking) if self.current is not None else ()
 
     def set_order(self, volumes: Sequence[str] | None) -> None:
         """Walk in the order of a list that is shown; None for that of the ranking."""
@@ -248,7 +255,7 @@ class Reviewing(QObject):
         volume, current = self.open_volume, self.current
         if current is None or volume is None:
             return
-        row = next((row for row in current.table.rows if row.volume == volume), None)
+        row = self.row_of(volume)
         if row is None or not row.keypoints_um:
             return
         worst = max(row.keypoints_um, key=lambda name: row.keypoints_um[name])
@@ -358,6 +365,10 @@ class Reviewing(QObject):
             self._forget()
         self._timer.start()
         self.changed.emit()
+
+
+def _rows_of(table: "ErrorTable | None") -> "Mapping[str, ErrorsOfVolume]":
+    return {} if table is None else {row.volume: row for row in table.rows}
 
 
 def _places_of(items: tuple[WorkItem, ...]) -> Mapping[str, int]:

@@ -30,6 +30,7 @@ from annotator.session.options import SessionOptions
 from annotator.session.others import Others
 from annotator.session.predicting import Predicting
 from annotator.session.recovering import tells_more
+from annotator.session.reporting import Reporting
 from annotator.session.reviewing import Reviewing
 from annotator.session.settling import Settling
 from annotator.session.spacing_answer import SpacingAnswer
@@ -74,6 +75,7 @@ class Session(SessionStepping):
         self.living = Living(self, self.predicting, self.seeing, self)
         self.reviewing = Reviewing(self, self.predicting, self.agreeing, self.open_item, self)
         self.judging = Judging(self, self.reviewing, self)
+        self.reporting = Reporting(self, self.reviewing, self.judging, self.agreeing, self)
 
     # Opening and closing
 

@@ -9,6 +9,8 @@ from annotator.actions.predictions_table import VERDICT_TITLES
 from annotator.session import Session
 from annotator.window.questions import Questions
 
+_REPORT_FOLDER = "errors"
+
 
 class ReviewHandlers:
     """Turns menu entries into wishes about the review.
@@ -41,6 +43,18 @@ class ReviewHandlers:
 
     def export(self) -> None:
         """Ask which forms of the report are wanted, and where; then write it."""
+        from annotator.dialogs.errors_export_dialog import ErrorsExportDialog  # late: few export
+
+        reviewing, reporting = self._session.reviewing, self._session.reporting
+        review = reviewing.review
+        if review is None or reporting.refusal:
+            self._session.post_message(reporting.refusal)
+            return
+        at = review.at if reviewing.is_stale else None
+        dialog = ErrorsExportDialog(review.folder / _REPORT_FOLDER, self._window, computed_at=at)
+        dialog.compute_requested.connect(self._compute)
+        dialog.accepted.connect(lambda: reporting.export(dialog.folder, dialog.forms))
+        self._questions.show(dialog)
 
     def _compute(self) -> None:
         self._dock.setVisible(True)

@@ -1,0 +1,53 @@
+"""Which forms of the report on a checkpoint's errors are written, and where."""
+
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+
+from PySide6.QtWidgets import QWidget
+
+from annotations.prediction.report.file_names import REPORT_NAMES, ReportForm
+from annotator.dialogs.report_export_dialog import Form, ReportExportDialog, ReportWords
+
+_WORDS = ReportWords(
+    "errors_export",
+    "Export the errors",
+    "Predictions or annotations have changed since these figures were computed.",
+)
+_EXPLAINED: Mapping[ReportForm, tuple[str, str]] = {
+    "html": (
+        "&HTML, to read",
+        "One file with tables, plots and pictures of the worst volumes, for any browser",
+    ),
+    "csv": (
+        "&CSV, to calculate with",
+        "A folder of tidy tables, the verdicts among them, with units in their headings",
+    ),
+    "json": ("&JSON, for programs", "Every number, unrounded"),
+    "text": ("&Text, to paste", "The tables in the layout of the published ones"),
+    "latex": ("&LaTeX, for a paper", "The table of targets in the layout of the published ones"),
+}
+_FORMS = tuple(Form(form, title, REPORT_NAMES[form], words) for form, (title, words) in _EXPLAINED.items())
+
+
+class ErrorsExportDialog(ReportExportDialog):
+    """Asks for the report's forms and its folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the report is offered to be.
+    computed_at : datetime or None
+        When the figures were computed, where something has changed since.
+    """
+
+    def __init__(
+        self, folder: Path, parent: QWidget | None = None, *, computed_at: datetime | None = None
+    ) -> None:
+        super().__init__(_WORDS, _FORMS, folder, parent, computed_at=computed_at)
+
+    @property
+    def forms(self) -> frozenset[ReportForm]:
+        """What is to be written."""
+        wanted = self.wanted
+        return frozenset(form for form in _EXPLAINED if wanted[form])

@@ -1,0 +1,127 @@
+"""The session's report on predictions: the errors, the plots, the worst volumes and the verdicts in files."""
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from annotations.errors import UserError
+from annotations.prediction.report.file_names import ReportForm, report_paths
+from annotator.session.agreeing import Agreeing
+from annotator.session.jobs import Job
+from annotator.session.judging import Judging
+from annotator.session.reviewing import Reviewing
+from annotator.session.saving import SessionSaving
+
+if TYPE_CHECKING:
+    from annotations.prediction.report.material import ReportMaterial
+
+_NOT_COMPUTED = "Compute the errors first"
+_UNDER_WAY = "A report on the errors is being written already"
+
+
+class Reporting(QObject):
+    """Writes the report on what was computed last, in the background.
+
+    Signals
+    -------
+    changed
+        ``is_exporting`` or ``refusal`` may have changed.
+    exported : tuple of Path
+        A report is written, all of it.
+    """
+
+    changed = Signal()
+    exported = Signal(object)
+
+    def __init__(
+        self,
+        session: SessionSaving,
+        reviewing: Reviewing,
+        judging: Judging,
+        agreeing: Agreeing,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._reviewing = reviewing
+        self._judging = judging
+        self._agreeing = agreeing
+        self._job: Job | None = None
+        reviewing.changed.connect(self.changed)
+
+    @property
+    def refusal(self) -> str:
+        """Why nothing can be exported, as a sentence without its full stop; empty where it can."""
+        table = self._reviewing.table
+        if table is None or not table.rows:
+            return self._reviewing.refusal or _NOT_COMPUTED
+        return self._agreeing.export_refusal
+
+    @property
+    def is_exporting(self) -> bool:
+        """Whether a report is being written."""
+        return self._job is not None
+
+    def export(self, folder: Path, forms: Collection[ReportForm]) -> None:
+        """Write the report into a folder, all of it or nothing; ``exported`` follows."""
+        review = self._reviewing.review
+        if review is None or self.refusal or self._job is not None:
+            self._session.post_message(self.refusal or _UNDER_WAY)
+            return
+        judged = zip(review.checkpoints, review.material.checkpoints, strict=True)
+        # With the verdicts as they are by now.
+        checkpoints = tuple(
+            replace(each, verdicts=self._judging.lists.get(checkpoint.sha256, ()))
+            for checkpoint, each in judged
+            if each.table.rows
+        )
+        material, source = replace(review.material, checkpoints=checkpoints), review.folder
+        self._job = self._session.jobs.start(
+            "Writing the report on the errors",
+            lambda progress, cancelled: _written(material, source, folder, forms, progress, cancelled),
+            done=self._on_job_done,
+            failed=self._on_job_failed,
+            cancelled=self._on_job_cancelled,
+        )
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        """Give up what is being written: nothing is left of it."""
+        if self._job is not None:
+            self._session.jobs.cancel(self._job)
+
+    def _end(self) -> None:
+        self._job = None
+        self.changed.emit()
+
+    def _on_job_done(self, paths: tuple[Path, ...]) -> None:
+        self._end()
+        self._session.post_message(f"The report is written: {', '.join(str(path) for path in paths)}")
+        self.exported.emit(paths)
+
+    def _on_job_failed(self, error: Exception) -> None:
+        self._end()
+        if not isinstance(error, UserError):
+            raise error
+        self._session.report(error)
+
+    def _on_job_cancelled(self) -> None:
+        self._end()
+        self._session.post_message("Cancelled: nothing was written")
+
+
+def _written(
+    material: "ReportMaterial",
+    source: Path,
+    folder: Path,
+    forms: Collection[ReportForm],
+    progress: Callable[[float], None],
+    cancelled: Callable[[], bool],
+) -> tuple[Path, ...]:
+    from annotations.prediction.report.exporting import export_errors  # late: few sessions export
+
+    wanted = {form: path for form, path in report_paths(folder).items() if form in forms}
+    return export_errors(material, source, **wanted, progress=progress, cancelled=cancelled)

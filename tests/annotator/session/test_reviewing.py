@@ -1,0 +1,248 @@
+"""What checkpoints are worth, as the session computes it, follows it and walks through it."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from annotations.documents.study import ViewingRules
+from annotator.session import Session
+from annotator.session.options import SessionOptions
+from tests.annotator.conftest import open_and_wait
+from tests.annotator.reviewed_study import (
+    FAR,
+    FIRST,
+    IDS,
+    LACKING,
+    NEAR,
+    SECOND,
+    compute,
+    predict,
+    review,
+    write_reviewed,
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """The study that was predicted."""
+    return write_reviewed(tmp_path / "study")
+
+
+@pytest.fixture
+def rita(qtbot: QtBot, options: SessionOptions, folder: Path) -> Iterator[Session]:
+    """The session of somebody who does not annotate in the study, with its first volume open."""
+    session = Session(replace(options, annotator_name="rita"))
+    open_and_wait(qtbot, session, folder)
+    yield session
+    session.shut_down()
+
+
+def opened(qtbot: QtBot, session: Session, volume: str) -> None:
+    qtbot.waitUntil(lambda: session.reviewing.open_volume == volume and not session.jobs.running)
+
+
+def test_without_a_study_or_a_checkpoint_it_says_what_is_missing(
+    qtbot: QtBot, session: Session, rita: Session
+) -> None:
+    assert session.reviewing.refusal.startswith("Open a study")
+    assert not rita.reviewing.refusal
+    with qtbot.waitSignal(rita.message_posted) as said:
+        rita.reviewing.compute()
+    assert said.args == ["Load a checkpoint first"]
+    assert rita.reviewing.table is None
+
+
+def test_every_checkpoint_that_is_loaded_is_reviewed(qtbot: QtBot, rita: Session) -> None:
+    review(qtbot, rita, FIRST, SECOND)
+
+    found = rita.reviewing.review
+    assert found is not None
+    assert [table.checkpoint.name for table in found.material.tables if table.checkpoint] == [
+        "first",
+        "second",
+    ]
+    assert rita.reviewing.table is found.material.tables[1]
+    rita.predicting.choose(FIRST.sha256)
+    assert rita.reviewing.table is found.material.tables[0]
+    assert found.is_paired
+
+
+def test_the_walk_goes_from_the_worst_to_the_best(qtbot: QtBot, rita: Session) -> None:
+    review(qtbot, rita)
+    assert rita.reviewing.order == (FAR, LACKING, NEAR)
+    assert rita.reviewing.open_volume == "v001"
+    messages: list[str] = []
+    rita.message_posted.connect(messages.append)
+
+    rita.reviewing.step(1)
+    opened(qtbot, rita, NEAR)
+    assert "prediction" in rita.view.layers
+    rita.reviewing.step(1)
+    assert messages[-1] == "This is the last volume of the list of errors"
+    rita.reviewing.step(-1)
+    # The second press goes on from where the first one leads.
+    rita.reviewing.step(-1)
+    opened(qtbot, rita, FAR)
+    rita.reviewing.step(-1)
+    assert messages[-1] == "This is the first volume of the list of errors"
+
+
+def test_a_list_that_is_shown_says_in_which_order(qtbot: QtBot, rita: Session) -> None:
+    review(qtbot, rita)
+    rita.reviewing.set_order((NEAR, FAR))
+
+    rita.reviewing.step(1)
+
+    opened(qtbot, rita, NEAR)
+    rita.reviewing.set_order(())
+    with qtbot.waitSignal(rita.message_posted) as said:
+        rita.reviewing.step(1)
+    assert said.args[0].startswith("There are no errors to walk through")
+
+
+def test_the_slices_go_to_the_keypoint_furthest_off_where_that_is_wanted(qtbot: QtBot, rita: Session) -> None:
+    review(qtbot, rita)
+    middle_um = rita.view.crosshair_um
+    rita.reviewing.open("v001")
+    assert rita.view.crosshair_um == middle_um
+
+    rita.reviewing.go_to_worst(True)
+    current = rita.reviewing.current
+    assert current is not None
+    assert rita.view.crosshair_um == pytest.approx(current.predictions["v001"].positions_um["k5"])
+    rita.reviewing.open(FAR)
+    opened(qtbot, rita, FAR)
+    qtbot.waitUntil(
+        lambda: rita.view.crosshair_um == pytest.approx(current.predictions[FAR].positions_um["k5"])
+    )
+
+
+def test_a_prediction_that_was_written_makes_it_old_until_it_is_computed_again(
+    qtbot: QtBot, rita: Session, folder: Path
+) -> None:
+    review(qtbot, rita)
+    predict(folder, FIRST, NEAR, share=40.0)
+
+    rita.predicting.predicted.emit()
+    assert rita.reviewing.is_stale
+    assert rita.reviewing.order == (FAR, LACKING, NEAR)
+    compute(qtbot, rita)
+
+    assert not rita.reviewing.is_stale
+    assert rita.reviewing.order == (NEAR, FAR, LACKING)
+
+
+def test_whoever_looks_sees_it_follow(qtbot: QtBot, rita: Session, folder: Path) -> None:
+    review(qtbot, rita)
+    before = rita.reviewing.review
+    predict(folder, FIRST, NEAR, share=40.0)
+    rita.predicting.predicted.emit()
+    qtbot.wait(1000)
+    assert rita.reviewing.review is before
+
+    with qtbot.waitSignal(rita.reviewing.computed, timeout=60_000):
+        rita.reviewing.follow(True)
+
+    assert rita.reviewing.order == (NEAR, FAR, LACKING)
+
+
+def test_what_others_change_is_noticed_by_a_look(qtbot: QtBot, rita: Session, folder: Path) -> None:
+    review(qtbot, rita)
+    rita.reviewing.follow(True)
+    rita.reviewing.look_for_changes()
+    qtbot.waitUntil(lambda: not rita.jobs.running)
+    assert not rita.reviewing.is_stale
+    predict(folder, FIRST, NEAR, share=40.0)
+
+    with qtbot.waitSignal(rita.reviewing.computed, timeout=60_000):
+        rita.reviewing.look_for_changes()
+
+    assert rita.reviewing.order == (NEAR, FAR, LACKING)
+
+
+def test_saving_an_edit_of_ones_own_is_followed(qtbot: QtBot, options: SessionOptions, folder: Path) -> None:
+    anna = Session(options)
+    open_and_wait(qtbot, anna, folder)
+    review(qtbot, anna)
+    anna.reviewing.follow(True)
+    before = anna.reviewing.row_of("v001")
+    assert before is not None
+    position_um = anna.shown_anchor_um("k0")
+    assert position_um is not None
+    anna.type_position("k0", (position_um[0] + 500.0, *position_um[1:]))
+    assert not anna.reviewing.is_stale
+
+    with qtbot.waitSignal(anna.reviewing.computed, timeout=60_000):
+        anna.save()
+
+    after = anna.reviewing.row_of("v001")
+    assert after is not None
+    assert after.keypoints_um["k0"] > before.keypoints_um["k0"] + 100.0
+    anna.shut_down()
+
+
+def test_computing_can_be_cancelled(qtbot: QtBot, rita: Session) -> None:
+    review(qtbot, rita)
+    before = rita.reviewing.review
+    rita.reviewing.compute()
+    assert rita.reviewing.is_computing
+
+    rita.reviewing.cancel()
+
+    qtbot.waitUntil(lambda: not rita.reviewing.is_computing)
+    assert rita.reviewing.review is before
+    assert rita.reviewing.is_stale
+
+
+def test_who_is_not_done_may_not_see_what_others_found(
+    qtbot: QtBot, options: SessionOptions, tmp_path: Path
+) -> None:
+    folder = write_reviewed(tmp_path / "own")
+    (folder / "annotations" / "anna" / "v002.keypoints.json").unlink()
+    anna = Session(options)
+    open_and_wait(qtbot, anna, folder)
+    anna.predicting.load(FIRST)
+
+    assert "once your own work in this study is done" in anna.reviewing.refusal
+    anna.reviewing.follow(True)
+    with qtbot.waitSignal(anna.message_posted):
+        anna.reviewing.compute()
+    assert not anna.reviewing.is_computing
+    assert anna.reviewing.table is None
+    anna.shut_down()
+
+
+def test_where_annotators_see_nobodys_work_they_see_no_errors(
+    qtbot: QtBot, options: SessionOptions, tmp_path: Path
+) -> None:
+    rules = ViewingRules(others="never", reviewers=("rita",))
+    anna = Session(options)
+    open_and_wait(qtbot, anna, write_reviewed(tmp_path / "own", viewing=rules))
+
+    assert "its reviewers do" in anna.reviewing.refusal
+    anna.shut_down()
+
+
+def test_in_blind_work_volumes_go_by_their_numbers(
+    qtbot: QtBot, options: SessionOptions, tmp_path: Path
+) -> None:
+    anna = Session(options)
+    open_and_wait(qtbot, anna, write_reviewed(tmp_path / "own", blind=True))
+    review(qtbot, anna)
+
+    labels = {anna.reviewing.volume_label(volume) for volume in anna.reviewing.order}
+
+    assert labels == {f"Volume {number}" for number in range(1, len(IDS) + 1)}
+    anna.shut_down()
+
+
+def test_another_study_puts_the_errors_away(qtbot: QtBot, rita: Session, tmp_path: Path) -> None:
+    review(qtbot, rita)
+
+    open_and_wait(qtbot, rita, write_reviewed(tmp_path / "other"))
+
+    assert rita.reviewing.review is None
+    assert rita.judging.lists == {}
