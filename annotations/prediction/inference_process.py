@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from annotations.errors import Cancelled
+from annotations.errors import Cancelled, UserError
 from annotations.geometry.frames import vector
 from annotations.prediction.inference_child import InferenceChild, InferenceCrashed
 from annotations.prediction.inference_messages import Message, error_of, unpacked
@@ -204,7 +204,12 @@ class InferenceProcess:
             self._child.end()
         self._child = InferenceChild()
         request = {"checkpoint": str(self._path), "sha256": self._sha256, "threads": self._threads}
-        self._sha256 = self._answer(request, cancelled).header["sha256"]
+        try:
+            self._sha256 = self._answer(request, cancelled).header["sha256"]
+        except UserError:
+            # It has no more to say, and the next call is to start another.
+            self._child.end()
+            raise
 
     def _answer(self, request: Mapping[str, Any], cancelled: Callable[[], bool]) -> Message:
         child = self._child

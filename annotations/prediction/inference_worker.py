@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NoReturn
 
 import numpy as np
 
@@ -208,12 +208,15 @@ def serve(requests: IO[bytes], answers: IO[bytes]) -> int:
             return 1
 
 
-def main() -> int:
-    """Serve the process that has started this one."""
+def main() -> NoReturn:
+    """Serve the process that has started this one, and end."""
     # Libraries print on what they take for standard output: they get standard error instead.
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    return serve(sys.stdin.buffer, answers)
+    code = serve(sys.stdin.buffer, answers)
+    sys.stderr.flush()
+    # No cleaning up: a thread still waits for requests, at which Python would take offence.
+    os._exit(code)
 
 
 def _receive(requests: IO[bytes], waiting: "queue.SimpleQueue[Message]") -> None:
@@ -222,7 +225,7 @@ def _receive(requests: IO[bytes], waiting: "queue.SimpleQueue[Message]") -> None
             waiting.put(message)
     except (Garbled, OSError):
         traceback.print_exc()
-    # No cleaning up: a read from a dead network share would keep the process for ever.
+    # At once: a read from a dead network share would keep the process for ever.
     os._exit(0)
 
 
@@ -238,4 +241,4 @@ def _loaded(path: Path, sha256: str | None) -> Checkpoint:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
