@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from annotations.agreement.report.labels import listed
+from annotations.agreement.report.written_files import check_places
 from annotations.cli.output import show_progress, write_json, write_text
 from annotations.documents.files import document_bytes
 from annotations.documents.study import load_study
@@ -16,8 +17,6 @@ from annotations.errors import UserError, first_problem
 from annotations.interchange.split import SplitRule, split_rule
 from annotations.learning.settings import SettingsError, TrainingSettings, parse_settings
 from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
-from annotations.prediction.error_table import ErrorTable
-from annotations.prediction.error_text import error_text
 from annotations.prediction.evaluation import (
     Evaluation,
     HeldOut,
@@ -26,9 +25,11 @@ from annotations.prediction.evaluation import (
     evaluate_synthetic,
 )
 from annotations.prediction.predictor import Predictor
+from annotations.prediction.report.csv_report import FILES
 from annotations.prediction.report.exporting import export_errors
 from annotations.prediction.report.file_names import report_paths
 from annotations.prediction.report.material import ReportMaterial, report_material
+from annotations.prediction.report.text_report import text_of
 from annotations.prediction.runtime import Runtime
 from annotations.prediction.shipped import find_checkpoint
 from annotations.prediction.study_errors import Truth
@@ -42,25 +43,27 @@ _OF_STUDIES = ("annotator", "method", "shares", "split_seed", "anew")
 def run(arguments: argparse.Namespace) -> int:
     """Predict and compare; return the exit code: 1 where nothing could be compared, or a volume could not."""
     _check_use(arguments)
+    if arguments.report is not None:
+        # Before everything is predicted.
+        places = report_paths(arguments.report)
+        check_places(places.values(), places["csv"], FILES)
     paths = (arguments.checkpoint, *(arguments.against or ()))
     checkpoints = [load_checkpoint(find_checkpoint(path)) for path in paths]
     evaluations, about, remark = (_on_study if arguments.synthetic is None else _on_synthetic)(
         arguments, checkpoints
     )
-    tables = [each.table for each in evaluations]
-    _write(arguments.json, tables, {"checkpoint": str(arguments.checkpoint), **about}, remark)
+    material = report_material(
+        evaluations[0].tool,
+        Truth() if arguments.study is None else _truth(arguments, checkpoints[0]),
+        [each.table for each in evaluations],
+        [each.predictions for each in evaluations],
+        arguments.study,
+        remarks=[remark] if remark else (),
+    )
+    _write(arguments.json, material, {"checkpoint": str(arguments.checkpoint), **about}, remark)
     if arguments.report is not None:
-        truth = Truth() if arguments.study is None else _truth(arguments, checkpoints[0])
-        material = report_material(
-            evaluations[0].tool,
-            truth,
-            tables,
-            [each.predictions for each in evaluations],
-            arguments.study,
-            remarks=[remark] if remark else (),
-        )
         _report(material, arguments)
-    return 1 if any(table.unjudged or not table.rows for table in tables) else 0
+    return 1 if any(table.unjudged or not table.rows for table in material.tables) else 0
 
 
 def _on_synthetic(
@@ -236,15 +239,15 @@ def _doubt(arguments: argparse.Namespace, checkpoints: Sequence[Checkpoint]) -> 
     )
 
 
-def _write(output: Path | None, tables: Sequence[ErrorTable], about: dict[str, Any], remark: str) -> None:
-    first, *others = tables
+def _write(output: Path | None, material: ReportMaterial, about: dict[str, Any], remark: str) -> None:
+    first, *others = material.tables
     fields = {**about, "remark": remark, "errors": first.model_dump(mode="json")}
     if others:
         fields["against"] = [table.model_dump(mode="json") for table in others]
     if output == Path("-"):
         write_json(fields)
         return
-    write_text("\n\n".join(map(error_text, tables)) + (f"\n  {remark}" if remark else ""))
+    write_text(text_of(material).rstrip())
     if output is not None:
         replace_durably(output, document_bytes(fields))
 

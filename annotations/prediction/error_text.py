@@ -9,10 +9,17 @@ from annotations.prediction.prediction_errors import ErrorFigures
 _BY_FORMULAS, _BY_FIT = "predicted keypoints", "fitted pose"
 
 
-def error_text(table: ErrorTable) -> str:
-    """Return the table for a person: targets, then what goes wrong, then each keypoint."""
+def error_text(table: ErrorTable, name: str = "") -> str:
+    """Return the table for a person: targets, then what goes wrong, then each keypoint.
+
+    Parameters
+    ----------
+    table : ErrorTable
+    name : str
+        What the checkpoint is called, where its own name is not enough.
+    """
     targets = list(table.by_formulas.targets)
-    name = table.checkpoint.name if table.checkpoint else "no checkpoint"
+    name = name or (table.checkpoint.name if table.checkpoint else "no checkpoint")
     lines = [
         f"{name}: {counted(len(table.rows), 'volume')} of {table.title!r}, mean ± standard deviation",
         *_grid(["", *(column_title(name) for name in targets)], _rows(table, targets)),

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from annotations.documents.files import DocumentError
 from annotations.geometry.tool import ToolSpecification
 from annotations.prediction.error_table import ErrorTable
 from annotations.prediction.paired_errors import PairedErrors, paired_errors
@@ -117,17 +118,18 @@ def report_material(
     folder : Path, optional
         The study's, which keeps the verdicts.
 
-    Raises
-    ------
-    DocumentError
-        A file of verdicts cannot be read.
+    Verdicts that cannot be read become a remark.
     """
+    said_besides = list(remarks)
     checkpoints = []
     for table, predicted in zip(tables, predictions, strict=True):
         said: tuple[VerdictList, ...] = ()
         if folder is not None and table.checkpoint is not None:
-            said = study_verdicts(folder, table.checkpoint.name)
+            try:
+                said = study_verdicts(folder, table.checkpoint.name)
+            except DocumentError as error:
+                said_besides.append(f"The verdicts are not shown: {str(error).rstrip('.')}")
         checkpoints.append(JudgedCheckpoint(table, rank(table), predicted, said))
     judged = [table for table in tables if table.rows]
     paired = paired_errors(judged) if len(judged) > 1 else None
-    return ReportMaterial(tool, truth, tuple(checkpoints), paired, tuple(remarks))
+    return ReportMaterial(tool, truth, tuple(checkpoints), paired, tuple(said_besides))

@@ -1,6 +1,7 @@
 """A report on the errors of checkpoints from its first line to its last, in the order in which it is read."""
 
 from collections.abc import Sequence
+from pathlib import PurePosixPath
 
 from annotations.agreement.report.contents import Contents, Item, Note, Paragraph, Photo, Section
 from annotations.agreement.report.labels import counted, listed, moment
@@ -63,12 +64,13 @@ def _about(material: ReportMaterial, place: int) -> str:
     table = material.tables[place]
     if table.checkpoint is None:
         return "nothing was judged"
-    where = f", {table.checkpoint.path}" if table.checkpoint.path else ", ships with the program"
-    return f"{counted(len(table.rows), 'volume')}{where}, SHA-256 {table.checkpoint.sha256}"
+    path = table.checkpoint.path
+    where = PurePosixPath(path).name if path else "ships with the program"
+    return f"{counted(len(table.rows), 'volume')}; {where}, SHA-256 {table.checkpoint.sha256}"
 
 
 def _errors(material: ReportMaterial) -> Section:
-    items: list[Item] = [Note(f"{remark}.") for remark in material.remarks]
+    items: list[Item] = [Note(f"{remark[:1].upper()}{remark[1:]}.") for remark in material.remarks]
     items += [tables.main_table(material)]
     if not any(table.human for table in material.tables):
         items.append(

@@ -37,11 +37,12 @@ _LATEX = {
 
 def text_of(material: ReportMaterial) -> str:
     """Return a report for a person: side by side where there are several checkpoints, then one by one."""
-    parts = [f"Note: {remark}." for remark in material.remarks]
+    parts: list[str] = []
     if len(material.checkpoints) > 1:
         parts += map(table_text, _present(tables.main_table(material), paired_table.paired_table(material)))
-    parts += map(error_text, material.tables)
+    parts += map(error_text, material.tables, material.names)
     parts += map(table_text, _present(tables.verdict_counts_table(material)))
+    parts += material.remarks
     return "\n\n".join(parts) + "\n"
 
 
