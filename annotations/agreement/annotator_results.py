@@ -22,6 +22,7 @@ def annotator_results(
     measured: Mapping[str, Measured],
     components: Mapping[str, Array],
     not_blind: Mapping[str, int],
+    from_prediction: Mapping[str, int],
     *,
     resamples: int = RESAMPLES,
     seed: int = 0,
@@ -39,6 +40,8 @@ def annotator_results(
         See `annotations.agreement.components.component_values`, in the frame of each volume.
     not_blind : mapping of str to int
         How many documents of each annotator are left out of ``compared``, because others' were seen before.
+    from_prediction : mapping of str to int
+        And how many because they were begun from a prediction.
     resamples, seed : int
         Of the bootstrap over volumes.
     """
@@ -51,6 +54,7 @@ def annotator_results(
             documents=int(compared.has_document[:, who].sum()),
             done=int((compared.has_document & compared.is_done)[:, who].sum()),
             not_blind=not_blind.get(annotator, 0),
+            from_prediction=from_prediction.get(annotator, 0),
             deviation={
                 name: estimate(values[:, who], resamples=resamples, seed=seed)
                 for name, values in apart.items()

@@ -32,6 +32,9 @@ class Compared:
         Unit quaternions of the boxes, NaN where a box does not count; None for keypoints.
     has_document, is_done, is_blind, is_flagged : (V, A) array of bool
         Whether there is an annotation, and what it says of itself (`Annotation.is_blind`).
+    is_from_prediction : (V, A) array of bool
+        Whether it was begun from a network's prediction: whoever corrects one stays near it, and people who
+        correct the same one are near each other, however good it is.
     active_seconds : (V, A) array of float64
         NaN where there is no document.
     """
@@ -47,7 +50,14 @@ class Compared:
     is_done: NDArray[np.bool_]
     is_blind: NDArray[np.bool_]
     is_flagged: NDArray[np.bool_]
+    is_from_prediction: NDArray[np.bool_]
     active_seconds: NDArray[np.float64]
+
+    @property
+    def is_independent(self) -> NDArray[np.bool_]:
+        """Where an annotation is an opinion of its own, (V, A), shaped neither by others nor by a network."""
+        independent: NDArray[np.bool_] = self.has_document & self.is_blind & ~self.is_from_prediction
+        return independent
 
     def without_doubtful(self) -> "Compared":
         """Return the same without the points that a person placed as occluded, out of view or unsure."""

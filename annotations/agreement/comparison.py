@@ -72,8 +72,9 @@ def compare(
 ) -> Agreement:
     """Compare the annotators of all volumes, by each method.
 
-    The main figures are of the first passes whose authors had seen nobody else's work. What needs two
-    annotators, or two volumes, is None where there is one, and counted as none.
+    The main figures are of the first passes whose authors had seen nobody else's work, and did not begin from
+    a network's prediction. What needs two annotators, or two volumes, is None where there is one, and counted
+    as none.
 
     Parameters
     ----------
@@ -152,7 +153,7 @@ class _Comparison:
         """Return everything about one method."""
         tool, drawn = self._tool, {"resamples": self._resamples, "seed": self._seed}
         all_first = self._passes[method][0]
-        passes = [each.only(each.is_blind) for each in self._passes[method]]
+        passes = [each.only(each.is_independent) for each in self._passes[method]]
         first = passes[0]
         self._step()
         main = figures(first, tool, **drawn)
@@ -160,14 +161,22 @@ class _Comparison:
         # Half of all the time, and mostly there is no doubt.
         without_doubtful = figures(first.without_doubtful(), tool, **drawn) if first.doubtful.any() else main
         self._step()
-        seen = all_first.has_document & ~all_first.is_blind
-        with_not_blind = figures(all_first, tool, **drawn) if seen.any() else None
-        not_blind = dict(zip(all_first.annotators, seen.sum(axis=0).tolist(), strict=True))
+        begun = all_first.is_from_prediction
+        seen = _not_blind(all_first)
+        with_not_blind = figures(all_first.only(~begun), tool, **drawn) if seen.any() else None
+        with_from_prediction = figures(all_first.only(~seen), tool, **drawn) if begun.any() else None
         self._step()
         measured = measured_targets(first, tool)
         components = component_values(measured.values())
         in_one_frame = component_values(measured.values(), frame="common")
-        annotators = annotator_results(first, measured, components, not_blind, **drawn)
+        annotators = annotator_results(
+            first,
+            measured,
+            components,
+            _by_annotator(all_first, seen),
+            _by_annotator(all_first, begun),
+            **drawn,
+        )
         self._step()
         published = {name: deviations(target).published for name, target in measured.items()}
         self._published[method] = published
@@ -181,6 +190,7 @@ class _Comparison:
             keypoints=main.keypoints,
             without_doubtful=without_doubtful,
             with_not_blind=with_not_blind,
+            with_from_prediction=with_from_prediction,
             without_mistakes=without_mistakes,
             counts=counts(all_first),
             annotators=annotators,
@@ -209,6 +219,17 @@ class _Comparison:
         self._steps_done += 1
 
 
+def _not_blind(compared: Compared) -> NDArray[np.bool_]:
+    """Return which annotations others' work shaped, (V, A), without those that a prediction began."""
+    seen: NDArray[np.bool_] = compared.has_document & ~compared.is_blind & ~compared.is_from_prediction
+    return seen
+
+
+def _by_annotator(compared: Compared, documents: NDArray[np.bool_]) -> Mapping[str, int]:
+    """Return how many of some documents, (V, A), each annotator has."""
+    return dict(zip(compared.annotators, documents.sum(axis=0).tolist(), strict=True))
+
+
 def _documents_with_mistakes(compared: Compared, volumes: Sequence[VolumeResult]) -> NDArray[np.bool_]:
     """Return in which documents a mistake was recognised, (V, A)."""
     found = np.zeros(compared.has_document.shape, dtype=np.bool_)
@@ -221,9 +242,9 @@ def _documents_with_mistakes(compared: Compared, volumes: Sequence[VolumeResult]
 def counts(compared: Compared) -> Counts:
     """Return what there is in the first pass by a method, and what of it is in the main figures."""
     documents = compared.has_document
-    blind = documents & compared.is_blind
-    is_counted = np.isfinite(compared.only(blind).positions_um[..., 0])
-    standing = compared.standing[blind]
+    independent = compared.is_independent
+    is_counted = np.isfinite(compared.only(independent).positions_um[..., 0])
+    standing = compared.standing[independent]
     annotators_of = is_counted.any(axis=2).sum(axis=1)
     numbers, volumes = np.unique(annotators_of[annotators_of > 1], return_counts=True)
 
@@ -236,7 +257,8 @@ def counts(compared: Compared) -> Counts:
         volumes_compared=int(volumes.sum()),
         volumes_by_annotators=dict(zip(numbers.tolist(), volumes.tolist(), strict=True)),
         unfinished=int((documents & ~compared.is_done).sum()),
-        not_blind=int((documents & ~compared.is_blind).sum()),
+        not_blind=int(_not_blind(compared).sum()),
+        from_prediction=int(compared.is_from_prediction.sum()),
         keypoints_counted=int(is_counted.sum()),
         keypoints_doubtful=int((is_counted & compared.doubtful).sum()),
         keypoints_without_position=number("no_position"),

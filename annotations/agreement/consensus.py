@@ -45,6 +45,17 @@ class Opinion:
     sha256: str
     document: Annotation
 
+    @property
+    def has_placed(self) -> bool:
+        """Whether any part of it counts."""
+        return any(standing(part) == "counted" for part in self.document.parts)
+
+    @property
+    def checkpoint(self) -> str | None:
+        """Name of the checkpoint whose prediction it was begun from; None for an opinion of its own."""
+        origin = self.document.predicted_from
+        return None if origin is None else origin.checkpoint
+
 
 @dataclass(frozen=True)
 class PartConsensus:
@@ -93,9 +104,10 @@ class Consensus:
                 annotator=opinion.document.annotator,
                 repeat=opinion.document.repeat,
                 sha256=opinion.sha256,
+                predicted_from=opinion.checkpoint,
             )
             for opinion in self.opinions
-            if any(standing(part) == "counted" for part in opinion.document.parts)
+            if opinion.has_placed
         )
 
 

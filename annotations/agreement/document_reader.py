@@ -131,6 +131,7 @@ class DocumentReader:
             active_seconds=document.active_seconds,
             is_blind=document.is_blind,
             is_flagged=document.flag is not None,
+            is_from_prediction=document.predicted_from is not None,
             row=table.add(document),
         )
 

@@ -37,6 +37,8 @@ class DocumentRead:
     spacing_um : (float, float, float)
     annotator, method, repeat, status, modified, active_seconds, is_blind, is_flagged
         As in the document.
+    is_from_prediction : bool
+        Whether it was begun from a network's prediction.
     row : int
     """
 
@@ -55,6 +57,7 @@ class DocumentRead:
     active_seconds: float
     is_blind: bool
     is_flagged: bool
+    is_from_prediction: bool
     row: int
 
 
@@ -129,6 +132,7 @@ def compared(
         is_done=truths(document.status == "done" for document in documents),
         is_blind=truths(document.is_blind for document in documents),
         is_flagged=truths(document.is_flagged for document in documents),
+        is_from_prediction=truths(document.is_from_prediction for document in documents),
         active_seconds=spread(seconds, np.nan),
     )
 

@@ -24,8 +24,11 @@ def read_opinions(
 ) -> tuple[Opinion, ...]:
     """Return the annotators' first passes over a volume, by their names.
 
-    The consensus itself is not among them, nor is a file that cannot be read (its author is told so, and
-    `annotations.documents.study_checks` names it) or that is about another tool.
+    Those that were begun from a network's prediction are among them only where nobody has placed anything
+    without one: else the network would have a voice, and several where several people correct it. What is
+    made from them says so (`Contribution.predicted_from`). The consensus itself is not among them, nor is a
+    file that cannot be read (its author is told so, and `annotations.documents.study_checks` names it) or
+    that is about another tool.
     """
     opinions = []
     for path in opinion_paths(folder, volume_id, method):
@@ -33,4 +36,5 @@ def read_opinions(
             document, sha256 = load_annotation(path)
             if document.tool == tool.name and document.method == method:
                 opinions.append(Opinion(path, sha256, completed(document, tool)))
-    return tuple(opinions)
+    own = [opinion for opinion in opinions if opinion.checkpoint is None]
+    return tuple(own if any(opinion.has_placed for opinion in own) else opinions)

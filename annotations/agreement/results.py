@@ -114,6 +114,8 @@ class AnnotatorResult(Record):
         First passes by this method that the figures are of, and those of them that are marked as done.
     not_blind : int
         First passes besides, whose author had seen the others' before.
+    from_prediction : int
+        First passes besides, that were begun from a network's prediction.
     deviation : mapping of str to Estimate
         By target: distance from the mean of the others, over volumes.
     bias : mapping of str to Estimate
@@ -128,6 +130,7 @@ class AnnotatorResult(Record):
     documents: int
     done: int
     not_blind: int = 0
+    from_prediction: int = 0
     deviation: Mapping[str, Estimate] = {}
     bias: Mapping[str, Estimate] = {}
     outliers: tuple[Outlier, ...] = ()
@@ -261,6 +264,9 @@ class Counts(Record):
         Documents among them that are not marked as done; they are compared.
     not_blind : int
         Documents whose author had seen the others' before; they are not among the main figures.
+    from_prediction : int
+        Documents that were begun from a network's prediction; neither are they, nor are they among
+        ``not_blind``.
     keypoints_counted, keypoints_doubtful : int
         Those of the main figures, and those of them that a person placed as occluded, out of view or unsure.
     keypoints_without_position, keypoints_fitted, keypoints_predicted, keypoints_derived,
@@ -274,6 +280,7 @@ class Counts(Record):
     volumes_by_annotators: Mapping[int, int] = {}
     unfinished: int = 0
     not_blind: int = 0
+    from_prediction: int = 0
     keypoints_counted: int = 0
     keypoints_doubtful: int = 0
     keypoints_without_position: int = 0
@@ -284,7 +291,7 @@ class Counts(Record):
 
 
 class MethodResult(Figures):
-    """Everything about one method; its own figures are of what was annotated blindly.
+    """Everything about one method; its own figures are of people's own opinions, annotated blindly.
 
     Attributes
     ----------
@@ -292,6 +299,8 @@ class MethodResult(Figures):
         The same without points placed as occluded, out of view or unsure.
     with_not_blind : Figures or None
         The same with documents whose author had seen the others'; None where there is none.
+    with_from_prediction : Figures or None
+        The same with documents that were begun from a network's prediction; None where there is none.
     without_mistakes : Figures or None
         The same without the documents in which a mistake was recognised (`VolumeResult.mistaken`); None where
         there is none.
@@ -300,6 +309,7 @@ class MethodResult(Figures):
     counts: Counts = Counts()
     without_doubtful: Figures = Figures()
     with_not_blind: Figures | None = None
+    with_from_prediction: Figures | None = None
     without_mistakes: Figures | None = None
     annotators: tuple[AnnotatorResult, ...] = ()
     pairs: tuple[PairResult, ...] = ()

@@ -137,7 +137,11 @@ def _begun(
         repeat=document.repeat,
     )
     origin = Derivation(path=relative_path(original, derived), method=document.method, roll_deg=roll_deg)
-    return changed(fresh, derived_from=origin)
+    # What began with a network's prediction is no less its own because boxes are drawn around it.
+    begun = document.predicted_from
+    if begun is not None:
+        begun = changed(begun, path=relative_path(referenced_path(begun, original), derived))
+    return changed(fresh, derived_from=origin, predicted_from=begun)
 
 
 def _nothing_follows(method: Method, original: Path, remedy: str) -> ConversionRefused:

@@ -56,12 +56,16 @@ class Contribution(Record):
         Which of this annotator's passes over the volume it is; 0 for the first.
     sha256 : str
         Of the file's bytes as they were compared, so that a later change is noticed.
+    predicted_from : str or None
+        Name of the checkpoint whose prediction that annotation was begun from; None for an opinion of its
+        own.
     """
 
     path: UsablePath
     annotator: str
     repeat: Annotated[int, Field(ge=0, strict=True)] = 0
     sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+    predicted_from: str | None = None
 
 
 class Viewing(Record):

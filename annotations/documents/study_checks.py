@@ -277,6 +277,9 @@ class _StudyCheck:
 def _check_sources(path: Path, document: Annotation) -> Iterator[Finding]:
     """Check that what a consensus was made from is as it was."""
     for source in document.consensus_of:
+        if source.predicted_from is not None:
+            begun = f"which was begun from a prediction of {source.predicted_from}"
+            yield Finding("note", f"it was made from {source.annotator}'s annotation, {begun}")
         source_path = referenced_path(source, path)
         whose = f"{source.annotator}'s annotation, from which it was made,"
         try:

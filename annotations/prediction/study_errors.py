@@ -224,6 +224,9 @@ def study_human_floor(
 ) -> HumanFloor | None:
     """Return how far the annotators of a study are apart; None where no volume has two of them.
 
+    Only opinions of their own count (`Compared.is_independent`): who corrected a prediction, or saw others'
+    work before, is not among them.
+
     Parameters
     ----------
     folder : Path
@@ -245,10 +248,12 @@ def study_human_floor(
     passes = material.passes.get(method)
     if not passes or material.tool is None:
         return None
-    names = passes[0].volumes
+    # What a network had a part in is no yardstick for one, nor is what people did who saw each other's work.
+    independent = passes[0].only(passes[0].is_independent)
+    names = independent.volumes
     chosen = [place for place, name in enumerate(names) if volumes is None or name in volumes]
     apart = {}
-    for name, measured in measured_targets(passes[0], material.tool).items():
+    for name, measured in measured_targets(independent, material.tool).items():
         shown, unit = shown_target(name)
         found = deviations(measured)
         apart[shown] = Deviations(

@@ -350,6 +350,7 @@ def _counts(result: Agreement) -> str:
         counts = result.methods[method].counts
         aside = {
             "not blind": counts.not_blind,
+            "begun from predictions": counts.from_prediction,
             "in progress, and compared too": counts.unfinished,
         }
         also = [f"{number} {words}" for words, number in aside.items() if number]

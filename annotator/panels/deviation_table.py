@@ -30,6 +30,10 @@ VARIANTS: dict[str, tuple[str, Callable[[MethodResult], Figures | None]]] = {
     "all": ("All that was annotated blindly", lambda result: result),
     "without_doubtful": ("Without unseen and unsure points", lambda result: result.without_doubtful),
     "with_not_blind": ("With work that was not blind", lambda result: result.with_not_blind or result),
+    "with_from_prediction": (
+        "With work begun from predictions",
+        lambda result: result.with_from_prediction or result,
+    ),
     "without_mistakes": ("Without recognised mistakes", lambda result: result.without_mistakes or result),
 }
 """What the figures can be of, in words, and which of a method's figures those are."""

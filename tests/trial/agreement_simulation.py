@@ -78,6 +78,7 @@ def simulated(method: Method, volumes: int, seed: int, annotators: int = ANNOTAT
         is_done=everywhere,
         is_blind=everywhere,
         is_flagged=~everywhere,
+        is_from_prediction=~everywhere,
         active_seconds=random.gamma(9.0, 5.0, size=shape),
     )
 

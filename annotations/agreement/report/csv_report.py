@@ -12,7 +12,7 @@ Row = tuple[Cell, ...]
 
 _UNITS = ("um", "deg")
 _ESTIMATE = ("mean", "sd", "ci95_low", "ci95_high", "n")
-_VARIANTS = ("main", "without_doubtful", "with_not_blind", "without_mistakes")
+_VARIANTS = ("main", "without_doubtful", "with_not_blind", "with_from_prediction", "without_mistakes")
 
 FILES: dict[str, tuple[str, ...]] = {
     "targets.csv": ("method", "target", "unit", "statistic", "variant", *_ESTIMATE),
@@ -106,7 +106,13 @@ def _figures(value: Estimate) -> Row:
 
 
 def _variants(result: MethodResult) -> Iterator[tuple[str, Figures]]:
-    selections = (result, result.without_doubtful, result.with_not_blind, result.without_mistakes)
+    selections = (
+        result,
+        result.without_doubtful,
+        result.with_not_blind,
+        result.with_from_prediction,
+        result.without_mistakes,
+    )
     for variant, figures in zip(_VARIANTS, selections, strict=True):
         if figures is not None:
             yield variant, figures
@@ -223,7 +229,7 @@ def _counts(agreement: Agreement) -> Iterator[Row]:
         for annotators, volumes in result.counts.volumes_by_annotators.items():
             yield (method, None, f"volumes_of_{annotators}_annotators", volumes)
         for each in result.annotators:
-            for what in ("documents", "done", "not_blind"):
+            for what in ("documents", "done", "not_blind", "from_prediction"):
                 yield (method, each.annotator, what, getattr(each, what))
 
 

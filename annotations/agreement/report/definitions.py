@@ -93,7 +93,8 @@ def definitions(agreement: Agreement) -> Section:
             "unsure; every figure is also given without these. Left out are points without a position, and "
             "those that come from a fit, a prediction, the other method or a simulation and that nobody has "
             "touched. Annotations made or reopened after their author could see other people's work are "
-            "left out of the main figures."
+            "left out of the main figures, and so are those that were begun from a network's prediction: "
+            "neither are opinions of their own."
         ),
         Paragraph(
             "Annotations in which a mistake was recognised are part of the main figures; where there are "

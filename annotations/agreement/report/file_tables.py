@@ -17,6 +17,7 @@ def counts_table(agreement: Agreement) -> Table | None:
         ("Annotations compared (first passes)", "documents"),
         ("… of them not marked as done; they are compared", "unfinished"),
         ("… of them made after seeing others' work; left out of the main figures", "not_blind"),
+        ("… of them begun from a network's prediction; left out, too", "from_prediction"),
         ("Volumes with any annotation", "volumes"),
         ("Volumes with at least two annotators", "volumes_compared"),
         ("Points counted", "keypoints_counted"),

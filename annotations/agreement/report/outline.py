@@ -169,6 +169,14 @@ def _variants(agreement: Agreement) -> Section | None:
                 "work: mean over the volumes [95 % confidence interval].",
             )
         ),
+        *_present(
+            tables.variant_table(
+                agreement,
+                "with_from_prediction",
+                "With annotations that were begun from a network's prediction and corrected: mean over the "
+                "volumes [95 % confidence interval]. Who corrects the same prediction stays near it.",
+            )
+        ),
     ]
     if not agreement.targets or not items:
         return None

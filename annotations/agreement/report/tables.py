@@ -92,7 +92,8 @@ def variant_table(
     Parameters
     ----------
     variant : str
-        ``without_mistakes``, ``without_doubtful`` or ``with_not_blind``, as `MethodResult` names them.
+        ``without_mistakes``, ``without_doubtful``, ``with_not_blind`` or ``with_from_prediction``, as
+        `MethodResult` names them.
     names : sequence of str
         Which statistics.
     """
@@ -108,12 +109,14 @@ def annotators_table(agreement: Agreement, method: Method) -> Table:
     """Return how much each annotator did, how far from the others, and how fast."""
     annotators = agreement.methods[method].annotators
     seen = any(each.not_blind for each in annotators)
+    begun = any(each.from_prediction for each in annotators)
     rows = [
         (
             each.annotator,
             f"{each.documents:,}",
             f"{each.done:,}",
             *([f"{each.not_blind:,}"] if seen else []),
+            *([f"{each.from_prediction:,}"] if begun else []),
             *(_estimate(each.deviation, target) for target in agreement.targets),
             f"{len(each.outliers):,}",
             duration(each.active_seconds.mean),
@@ -123,18 +126,27 @@ def annotators_table(agreement: Agreement, method: Method) -> Table:
     return Table(
         f"{METHODS[method]}: leave-one-out deviation of each annotator, that is the distance from the mean "
         "of the others, mean over the volumes [95 % confidence interval]; outliers; and active time on a "
-        f"volume.{' Those that are not blind are left out of everything else here.' if seen else ''}",
+        f"volume.{_left_out_of_these(seen, begun)}",
         (
             "Annotator",
             "Annotations",
             "Done",
             *(["Not blind"] if seen else []),
+            *(["From predictions"] if begun else []),
             *map(with_unit, agreement.targets),
             "Outliers",
             "Time per volume",
         ),
         tuple(rows),
     )
+
+
+def _left_out_of_these(seen: bool, begun: bool) -> str:
+    kinds = [
+        *(["that are not blind"] if seen else []),
+        *(["that were begun from a network's prediction"] if begun else []),
+    ]
+    return f" Those {' and those '.join(kinds)} are left out of everything else here." if kinds else ""
 
 
 def bias_table(agreement: Agreement, method: Method) -> Table:

@@ -48,6 +48,7 @@ def compared_of() -> Callable[..., Compared]:
             is_done=has_document,
             is_blind=has_document,
             is_flagged=np.zeros_like(has_document),
+            is_from_prediction=np.zeros_like(has_document),
             active_seconds=seconds,
         )
 

@@ -19,7 +19,7 @@ STRAIGHT_UM = np.array(
 
 def results(compared: Compared, tool: ToolSpecification) -> tuple[AnnotatorResult, ...]:
     measured = measured_targets(compared, tool)
-    return annotator_results(compared, measured, component_values(measured.values()), {}, resamples=200)
+    return annotator_results(compared, measured, component_values(measured.values()), {}, {}, resamples=200)
 
 
 def shifted(volumes: int, annotators: int, *, noise_um: float, seed: int = 0) -> np.ndarray:

@@ -95,6 +95,7 @@ class _Maker:
             keypoints=figures.keypoints,
             without_doubtful=self.figures(targets, 6),
             with_not_blind=self.figures(targets, 6),
+            with_from_prediction=self.figures(targets, 6),
             without_mistakes=self.figures(targets, 6),
             counts=Counts(
                 documents=len(annotators) * self.volumes,

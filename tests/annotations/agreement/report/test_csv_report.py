@@ -37,6 +37,7 @@ def test_the_numbers_are_those_of_the_json(agreement: Agreement) -> None:
             ("main", result),
             ("without_doubtful", result["without_doubtful"]),
             ("with_not_blind", result["with_not_blind"]),
+            ("with_from_prediction", result["with_from_prediction"]),
             ("without_mistakes", result["without_mistakes"]),
         )
         for target in figures["targets"]
