@@ -10,8 +10,8 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 from annotations.errors import Cancelled
 
-# Two: a level may be built while picks and openings go on beside it.
-_THREADS = 2
+# Three: a level may be built, and volumes be predicted, while picks and openings go on beside them.
+_THREADS = 3
 # A slab or a slice is read well within this; what takes longer is given up.
 _PATIENCE_S = 2.0
 
