@@ -8,7 +8,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from annotations.agreement.report.labels import listed
-from annotations.agreement.report.written_files import check_places
 from annotations.cli.output import show_progress, write_json, write_text
 from annotations.documents.files import document_bytes
 from annotations.documents.study import load_study
@@ -25,8 +24,7 @@ from annotations.prediction.evaluation import (
     evaluate_synthetic,
 )
 from annotations.prediction.predictor import Predictor
-from annotations.prediction.report.csv_report import FILES
-from annotations.prediction.report.exporting import export_errors
+from annotations.prediction.report.exporting import check_report_places, export_errors
 from annotations.prediction.report.file_names import report_paths
 from annotations.prediction.report.material import ReportMaterial, report_material
 from annotations.prediction.report.text_report import text_of
@@ -45,8 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     _check_use(arguments)
     if arguments.report is not None:
         # Before everything is predicted.
-        places = report_paths(arguments.report)
-        check_places(places.values(), places["csv"], FILES)
+        check_report_places(report_paths(arguments.report))
     paths = (arguments.checkpoint, *(arguments.against or ()))
     checkpoints = [load_checkpoint(find_checkpoint(path)) for path in paths]
     evaluations, about, remark = (_on_study if arguments.synthetic is None else _on_synthetic)(
@@ -62,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     _write(arguments.json, material, {"checkpoint": str(arguments.checkpoint), **about}, remark)
     if arguments.report is not None:
-        _report(material, arguments)
+        export_errors(material, arguments.study, report_paths(arguments.report), progress=show_progress)
     return 1 if any(table.unjudged or not table.rows for table in material.tables) else 0
 
 
@@ -250,17 +247,3 @@ def _write(output: Path | None, material: ReportMaterial, about: dict[str, Any],
     write_text(text_of(material).rstrip())
     if output is not None:
         replace_durably(output, document_bytes(fields))
-
-
-def _report(material: ReportMaterial, arguments: argparse.Namespace) -> None:
-    places = report_paths(arguments.report)
-    export_errors(
-        material,
-        arguments.study,
-        html=places["html"],
-        csv=places["csv"],
-        json=places["json"],
-        text=places["text"],
-        latex=places["latex"],
-        progress=show_progress,
-    )

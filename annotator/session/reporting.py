@@ -124,4 +124,4 @@ def _written(
     from annotations.prediction.report.exporting import export_errors  # late: few sessions export
 
     wanted = {form: path for form, path in report_paths(folder).items() if form in forms}
-    return export_errors(material, source, **wanted, progress=progress, cancelled=cancelled)
+    return export_errors(material, source, wanted, progress=progress, cancelled=cancelled)

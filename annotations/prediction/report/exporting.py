@@ -1,6 +1,6 @@
 """The errors of checkpoints into files: the same from the command line and the application."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from annotations.agreement.report.contents import Photo
@@ -8,6 +8,7 @@ from annotations.agreement.report.html_report import html_bytes
 from annotations.agreement.report.written_files import check_places, write_files
 from annotations.errors import Cancelled
 from annotations.prediction.report.csv_report import FILES, csv_files
+from annotations.prediction.report.file_names import ReportForm
 from annotations.prediction.report.json_report import json_bytes
 from annotations.prediction.report.material import ReportMaterial
 from annotations.prediction.report.outline import outline
@@ -20,12 +21,8 @@ _PICTURES_SHARE, _HTML_SHARE = 0.5, 0.95
 def export_errors(
     material: ReportMaterial,
     folder: Path | None,
+    places: Mapping[ReportForm, Path],
     *,
-    html: Path | None = None,
-    csv: Path | None = None,
-    json: Path | None = None,
-    text: Path | None = None,
-    latex: Path | None = None,
     progress: Callable[[float], None] = lambda _share: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Path, ...]:
@@ -42,10 +39,9 @@ def export_errors(
     folder : Path or None
         The study's: annotations and volumes are read from it for the pictures of the worst volumes; None
         where there is none, so that there are no such pictures.
-    html, json, text, latex : Path, optional
-        The file of each.
-    csv : Path, optional
-        A folder: absent, empty, or one of an earlier export.
+    places : mapping of str to Path
+        The wished forms, and the file of each, as by `report_paths`; of ``csv`` a folder: absent, empty, or
+        one of an earlier export.
     progress : callable
         Told the share of the work that is done, from 0 to 1.
     cancelled : callable
@@ -65,29 +61,46 @@ def export_errors(
     SaveError
         A file could not be written; what stood there before is untouched.
     """
-    check_places((html, csv, json, text, latex), csv, FILES)
-    files: dict[Path, bytes] = {}
-    if html is not None:
-        pictures: Sequence[Sequence[Photo]] = ()
-        if folder is not None:
-            pictures = thumbnails(
-                material, folder, lambda share: progress(_PICTURES_SHARE * share), cancelled
-            )
-        files[html] = html_bytes(
-            outline(material, pictures),
-            lambda share: progress(_PICTURES_SHARE + (_HTML_SHARE - _PICTURES_SHARE) * share),
-            cancelled,
-        )
-    if json is not None:
-        files[json] = json_bytes(material)
-    if text is not None:
-        files[text] = text_of(material).encode("utf-8", "backslashreplace")
-    if latex is not None:
-        files[latex] = latex_of(material).encode("utf-8", "backslashreplace")
+    check_report_places(places)
+    contents: dict[Path, bytes] = {}
+    for form, place in places.items():
+        if form == "html":
+            contents[place] = _html(material, folder, progress, cancelled)
+        elif form != "csv":
+            contents[place] = _PLAIN[form](material)
+    csv = places.get("csv")
     tables = {} if csv is None else csv_files(material)
     if cancelled():
         raise Cancelled
     progress(_HTML_SHARE)
-    written = write_files(files, csv, tables)
+    written = write_files(contents, csv, tables)
     progress(1.0)
     return written
+
+
+def check_report_places(places: Mapping[ReportForm, Path]) -> None:
+    """Refuse places in which a report cannot be written, before anything takes long; SaveError."""
+    check_places(places.values(), places.get("csv"), FILES)
+
+
+def _html(
+    material: ReportMaterial,
+    folder: Path | None,
+    progress: Callable[[float], None],
+    cancelled: Callable[[], bool],
+) -> bytes:
+    pictures: Sequence[Sequence[Photo]] = ()
+    if folder is not None:
+        pictures = thumbnails(material, folder, lambda share: progress(_PICTURES_SHARE * share), cancelled)
+    return html_bytes(
+        outline(material, pictures),
+        lambda share: progress(_PICTURES_SHARE + (_HTML_SHARE - _PICTURES_SHARE) * share),
+        cancelled,
+    )
+
+
+_PLAIN: Mapping[ReportForm, Callable[[ReportMaterial], bytes]] = {
+    "json": json_bytes,
+    "text": lambda material: text_of(material).encode("utf-8", "backslashreplace"),
+    "latex": lambda material: latex_of(material).encode("utf-8", "backslashreplace"),
+}
