@@ -63,6 +63,14 @@ def process(checkpoint_path: Path) -> Iterator[InferenceProcess]:
     made.close()
 
 
+@pytest.fixture(scope="module")
+def lasting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InferenceProcess]:
+    """One for all tests that do no harm to it: to start takes a second."""
+    made = InferenceProcess(save_tiny(tmp_path_factory.mktemp("lasting") / "tiny.onnx").path, threads=1)
+    yield made
+    made.close()
+
+
 def predicted(process: InferenceProcess, volume_path: Path, **changes: object) -> object:
     asked = {
         "dataset": None,
@@ -86,7 +94,7 @@ def replace_worker(monkeypatch: pytest.MonkeyPatch, lines: str, *, serves: bool 
 
 
 def test_it_says_what_the_network_says_in_this_process(
-    process: InferenceProcess, checkpoint_path: Path, volume_path: Path
+    lasting: InferenceProcess, checkpoint_path: Path, volume_path: Path
 ) -> None:
     checkpoint = load_checkpoint(checkpoint_path)
     predictor = Predictor(checkpoint, Runtime(checkpoint, threads=1))
@@ -94,7 +102,7 @@ def test_it_says_what_the_network_says_in_this_process(
     with open_volume(volume_path) as volume:
         expected = predict_volume(predictor, volume, SPACING_UM, path)
 
-    found = predicted(process, volume_path)
+    found = predicted(lasting, volume_path)
 
     moment = {"created": expected.created}
     assert found.model_copy(update=moment) == expected  # type: ignore[attr-defined]
@@ -102,10 +110,10 @@ def test_it_says_what_the_network_says_in_this_process(
 
 
 def test_heatmaps_lie_in_the_frame_of_the_volume_and_sum_to_the_presence(
-    process: InferenceProcess, checkpoint_path: Path, volume_path: Path
+    lasting: InferenceProcess, checkpoint_path: Path, volume_path: Path
 ) -> None:
     checkpoint = load_checkpoint(checkpoint_path)
-    found = process.heatmaps(volume_path, dataset=None, spacing_um=SPACING_UM, cancelled=never)
+    found = lasting.heatmaps(volume_path, dataset=None, spacing_um=SPACING_UM, cancelled=never)
 
     with open_volume(volume_path) as volume:
         predictor = Predictor(checkpoint, Runtime(checkpoint, threads=1))
@@ -131,9 +139,9 @@ def test_heatmaps_lie_in_the_frame_of_the_volume_and_sum_to_the_presence(
 
 
 def test_a_look_gives_the_brightest_samples_along_each_axis(
-    process: InferenceProcess, volume_path: Path
+    lasting: InferenceProcess, volume_path: Path
 ) -> None:
-    frame = process.look(volume_path, dataset=None, spacing_um=SPACING_UM, depth_axis=2, cancelled=never)
+    frame = lasting.look(volume_path, dataset=None, spacing_um=SPACING_UM, depth_axis=2, cancelled=never)
 
     assert [picture.shape for picture in frame.projections] == [(10, 8), (6, 8), (6, 10)]
     whole = np.load(volume_path)[:, ::2]
@@ -158,7 +166,7 @@ def test_what_was_looked_at_is_kept_where_others_look_for_it(
     assert load_prediction(path).volume.path == "../../volume.npy"
 
 
-def test_errors_come_in_the_same_kind_and_words(process: InferenceProcess, tmp_path: Path) -> None:
+def test_errors_come_in_the_same_kind_and_words(lasting: InferenceProcess, tmp_path: Path) -> None:
     absent, cut, several = tmp_path / "absent.npy", tmp_path / "cut.npy", tmp_path / "several.npz"
     whole = np.zeros((6, 20, 16), dtype=np.uint8)
     np.save(cut, whole)
@@ -168,21 +176,21 @@ def test_errors_come_in_the_same_kind_and_words(process: InferenceProcess, tmp_p
         with pytest.raises(VolumeError) as expected:
             open_volume(path)
         with pytest.raises(VolumeError) as found:
-            predicted(process, path)
+            predicted(lasting, path)
         assert (type(found.value), str(found.value)) == (type(expected.value), str(expected.value))
         assert found.value.where == path
     assert isinstance(found.value, DatasetChoiceNeeded)
     assert [choice.name for choice in found.value.choices] == ["first", "second"]
     # None of them was its end.
     np.save(absent, whole)
-    assert predicted(process, absent) is not None
+    assert predicted(lasting, absent) is not None
 
 
 def test_an_unknown_spacing_is_refused_over_there_as_here(
-    process: InferenceProcess, volume_path: Path
+    lasting: InferenceProcess, volume_path: Path
 ) -> None:
     with pytest.raises(VolumeError, match="how far apart its voxels are"):
-        predicted(process, volume_path, spacing_um=None)
+        predicted(lasting, volume_path, spacing_um=None)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
