@@ -1,14 +1,14 @@
 """The plots of errors, drawn in the background; each point opens its volume."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from PySide6.QtCore import Qt, QTimer, Slot
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Slot
 from PySide6.QtGui import QImage, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QComboBox, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from annotations.prediction.error_table import ErrorTable
-from annotations.prediction.report.error_plots import ErrorPlot, error_plots
+from annotations.prediction.report.error_plots import MEAN_KEYPOINT, ErrorPlot, error_plots, plot_targets
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.panels.plot_picture import DrawnPlot, PlotPicture
@@ -19,7 +19,8 @@ from annotator.session.review import Review
 _DPI = 96
 # Narrower or wider, its letters would be on top of each other, or lost.
 _LEAST_WIDTH_IN, _MOST_WIDTH_IN = 3.2, 8.0
-_HEIGHT_SHARE = 0.75
+_HEIGHT_SHARE = 0.6
+_BY_ROWS = "by_keypoint"
 _RESIZES_AFTER_MS = 200
 _DRAWING = "Drawing…"
 _NOTHING = "There is nothing to draw: no volume has both a prediction and an annotation that speaks for it."
@@ -38,8 +39,13 @@ class ErrorPlotsPage(QWidget):
         self._drawn: object = None
         self._job: Job | None = None
         self._choice = named(QComboBox(), "error_plot", title="Which plot")
-        self._choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self._choice.currentIndexChanged.connect(self._on_choice_current_index_changed)
+        self._target = named(QComboBox(), "error_plot_target", title="Which error")
+        self._target.setToolTip("Of what the errors are drawn against anything")
+        self._target.currentIndexChanged.connect(self._on_target_current_index_changed)
+        for choice in (self._choice, self._target):
+            # Its longest entry must not keep the panel wide.
+            choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self._picture = named(PlotPicture(), "error_plot_picture")
         self._picture.volume_requested.connect(session.reviewing.open)
         self._scroll = named(QScrollArea(), "error_plot_scroll", title="Plot")
@@ -54,7 +60,10 @@ class ErrorPlotsPage(QWidget):
         self._resized.timeout.connect(self._draw_plot)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 4, 0, 0)
-        layout.addWidget(self._choice)
+        choices = QHBoxLayout()
+        choices.addWidget(self._choice, 1)
+        choices.addWidget(self._target, 1)
+        layout.addLayout(choices)
         layout.addWidget(self._scroll, 1)
         layout.addWidget(self._caption)
 
@@ -63,10 +72,8 @@ class ErrorPlotsPage(QWidget):
         review = self._session.reviewing.review
         if review is not self._reviewed:
             self._reviewed = review
-            tables = _tables(review)
-            self._plots = error_plots(tables, review.material.tool) if review is not None and tables else ()
-            self._offer()
-            self._draw_plot()
+            _offer(self._target, plot_targets(_tables(review)))
+            self._make_plots()
         self._picture.mark_open(self._session.reviewing.open_volume)
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -77,15 +84,21 @@ class ErrorPlotsPage(QWidget):
         super().resizeEvent(event)
         self._resized.start()
 
-    def _offer(self) -> None:
-        chosen = self._choice.currentData()
-        self._choice.blockSignals(True)
-        self._choice.clear()
-        for plot in self._plots:
-            self._choice.addItem(plot.title, plot.key)
-        self._choice.setCurrentIndex(max(self._choice.findData(chosen), 0))
-        self._choice.blockSignals(False)
-        self._choice.setVisible(bool(self._plots))
+    def _make_plots(self) -> None:
+        review, tables = self._reviewed, _tables(self._reviewed)
+        targets = (self._target.currentData() or MEAN_KEYPOINT,)
+        self._plots = (
+            () if review is None or not tables else error_plots(tables, review.material.tool, targets)
+        )
+        _offer(self._choice, {plot.key: plot.title for plot in self._plots})
+        for choice in (self._choice, self._target):
+            choice.setVisible(bool(self._plots))
+        self._drawn = None
+        self._draw_plot()
+
+    @Slot(int)
+    def _on_target_current_index_changed(self, _: int) -> None:
+        self._make_plots()
 
     @Slot(int)
     def _on_choice_current_index_changed(self, _: int) -> None:
@@ -135,12 +148,23 @@ def _tables(review: Review | None) -> Sequence[ErrorTable]:
     return tuple(table for table in tables if table.rows)
 
 
+def _offer(choice: QComboBox, entries: Mapping[str, str]) -> None:
+    """Offer entries by what they stand for, and keep the one that is chosen where it is among them."""
+    chosen = choice.currentData()
+    with QSignalBlocker(choice):
+        choice.clear()
+        for data, title in entries.items():
+            choice.addItem(title, data)
+        choice.setCurrentIndex(max(choice.findData(chosen), 0))
+
+
 def _drawn(plot: ErrorPlot, width_in: float, ratio: float) -> DrawnPlot:
     """Draw a plot, and find out where its points have come to be."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # late: half a second
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width_in, _HEIGHT_SHARE * width_in), dpi=_DPI * ratio)
+    height_in = max(plot.size_in[1], _HEIGHT_SHARE * width_in)
+    figure = Figure(figsize=(width_in, height_in), dpi=_DPI * ratio)
     canvas = FigureCanvasAgg(figure)
     plotted = plot.draw(figure)
     canvas.draw()
@@ -154,5 +178,8 @@ def _drawn(plot: ErrorPlot, width_in: float, ratio: float) -> DrawnPlot:
             if np.isfinite((right, up)).all() and points.axes.bbox.contains(right, up):
                 points_px.append((right / ratio, (height_px - up) / ratio))
                 volumes.append(points.volumes[number])
-                values.append(f"{points.y[number]:.3g} at {points.x[number]:.3g}")
+                # What is upwards has its unit in the title; a keypoint's row is no number.
+                upwards = f"{points.axes.get_title()} {points.y[number]:.3g}"
+                to_the_right = f"{points.axes.get_xlabel()} {points.x[number]:.3g}"
+                values.append(to_the_right if plot.key == _BY_ROWS else f"{upwards}, {to_the_right}")
     return DrawnPlot(image, np.array(points_px).reshape(-1, 2), tuple(volumes), tuple(values))

@@ -67,6 +67,15 @@ class PlotPicture(QWidget):
             self._open = volume
             self.update()
 
+    @property
+    def plot(self) -> DrawnPlot | None:
+        """What is shown."""
+        return self._plot
+
+    def words_at(self, point: int) -> str:
+        """Return what a point says: its volume, and where it is."""
+        return "" if self._plot is None else f"{self._labels[point]}: {self._plot.values[point]}"
+
     def point_at(self, position_px: QPointF) -> int | None:
         """Return the number of the point that is nearest to a position, if one is near."""
         if self._plot is None or not len(self._plot.points_px):
@@ -95,11 +104,10 @@ class PlotPicture(QWidget):
             return
         self._under = under
         self.setCursor(Qt.CursorShape.ArrowCursor if under is None else Qt.CursorShape.PointingHandCursor)
-        if under is None or self._plot is None:
+        if under is None:
             QToolTip.hideText()
         else:
-            words = f"{self._labels[under]}: {self._plot.values[under]}"
-            QToolTip.showText(event.globalPosition().toPoint(), words, self)
+            QToolTip.showText(event.globalPosition().toPoint(), self.words_at(under), self)
         self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:

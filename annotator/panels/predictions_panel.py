@@ -224,8 +224,8 @@ class PredictionsPanel(QWidget):
         current, review, table = predicting.current, reviewing.review, reviewing.table
         if current is None:
             return _NO_CHECKPOINT
-        if reason := predicting.unfitness(current) or reviewing.refusal:
-            return f"{reason}."
+        if reason := predicting.tool_unfitness(current) or reviewing.refusal:
+            return f"{_sentence(reason)}."
         if reviewing.is_computing and table is None:
             return _COMPUTING
         if table is None or review is None:
@@ -235,8 +235,10 @@ class PredictionsPanel(QWidget):
         left_out = _left_out(table)
         if not table.rows:
             return f"{_NO_TRUTH}: {left_out}"
+        unfitness = predicting.unfitness(current)
         doing = _COMPUTING if reviewing.is_computing else _CHANGED if reviewing.is_stale else ""
-        return " ".join(filter(None, (f"Computed at {review.at:%H:%M}.", doing, left_out)))
+        told = (f"Computed at {review.at:%H:%M}.", doing, left_out, unfitness and f"{_sentence(unfitness)}.")
+        return " ".join(filter(None, told))
 
 
 def _offer(choice: QComboBox, entries: Sequence[tuple[str, str | None]], chosen: str | None) -> None:
@@ -249,6 +251,10 @@ def _offer(choice: QComboBox, entries: Sequence[tuple[str, str | None]], chosen:
                 choice.addItem(text, data)
         choice.setCurrentIndex(next((at for at, (_, data) in enumerate(entries) if data == chosen), -1))
     choice.setToolTip(choice.currentText())
+
+
+def _sentence(reason: str) -> str:
+    return reason[:1].upper() + reason[1:]
 
 
 def _left_out(table: "ErrorTable") -> str:

@@ -18,7 +18,7 @@ from annotations.prediction.study_errors import Truth
 from annotations.prediction.volume_prediction import reference_to_checkpoint
 from annotations.volumes import fingerprint, open_volume
 from annotator.session import Session
-from tests.annotations.prediction.known_keypoints import FORCEPS, checkpoint, described, predicted
+from tests.annotations.prediction.known_keypoints import COARSE, FORCEPS, checkpoint, described, predicted
 from tests.annotator.compared_study import ROOMY_UM, position_um, write_compared
 
 IDS = ("v001", "v002", "v003")
@@ -26,8 +26,8 @@ PEOPLE = ("anna", "ben")
 FAR, NEAR, LACKING = "v002", "v003", "v001"
 """The volume that is predicted worst, the one that is predicted best, and the one with a keypoint missing."""
 
-FIRST = checkpoint(described(name="first"))
-SECOND = replace(checkpoint(described(name="second")), sha256="2" * 64)
+FIRST = checkpoint(described(COARSE, name="first"))
+SECOND = replace(checkpoint(described(COARSE, name="second")), sha256="2" * 64)
 OFF_UM: Mapping[str, Vector] = {
     "v001": (0.0, 240.0, 100.0),
     "v002": (1500.0, 0.0, 900.0),
