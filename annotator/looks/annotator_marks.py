@@ -134,42 +134,6 @@ def covered(places: Sequence[tuple[float, float]]) -> QRectF:
     return QRectF(left, top, right - left, bottom - top)
 
 
-def label_area(
-    marks: QRectF, width_px: float, height_px: float, taken: Sequence[QRectF], picture: QRectF
-) -> QRectF:
-    """Return where the initials of marks that lie together stand: in sight, and on no others if it can be.
-
-    First to the lower left, where no name of a keypoint of one's own is.
-
-    Parameters
-    ----------
-    marks : QRectF
-        What the marks cover.
-    width_px, height_px : float
-        Of the initials.
-    taken : sequence of QRectF
-        The initials that have their places.
-    picture : QRectF
-        What is in sight.
-    """
-    left, right = marks.left() - width_px, marks.right()
-    above, middle, below = marks.top() - height_px, marks.center().y() - height_px / 2, marks.bottom()
-    choices = [
-        QRectF(x, y, width_px, height_px)
-        for x, y in ((left, below), (left, middle), (right, below), (left, above), (right, middle))
-    ]
-    lost = [
-        width_px * height_px - _shared(choice, picture) + sum(_shared(choice, other) for other in taken)
-        for choice in choices
-    ]
-    return choices[lost.index(min(lost))]
-
-
-def _shared(first: QRectF, second: QRectF) -> float:
-    both = first.intersected(second)
-    return both.width() * both.height()
-
-
 @lru_cache(maxsize=64)
 def _form(number: int, radius_px: float) -> QPolygonF:
     corners = _FORMS[numbered_look(number).marker]

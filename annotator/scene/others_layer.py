@@ -1,6 +1,6 @@
 """The other annotators' keypoints and boxes in their colours, and lines that show how far all are apart."""
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -14,28 +14,24 @@ from annotator.looks.annotator_marks import (
     annotator_color,
     covered,
     gathered,
-    label_area,
     label_words,
     paint_annotator_mark,
     text_color,
 )
+from annotator.looks.label_places import label_area
 from annotator.scene.colors import rgb
 from annotator.scene.picking import Picture
+from annotator.scene.pictures import BENEATH, Drawn, Pictures
 from annotator.scene.segments import Segment, Segments, block_edges
 from annotator.scene.solids_layer import corners_um
-from annotator.scene.sprites import Sprite, blank, paint_text, text_size_px
+from annotator.scene.sprites import blank, paint_text, text_size_px
 from annotator.session.differences import Difference
 from annotator.session.others import OtherAnnotation
 
 _MARK_PX = 4 * MARK_RADIUS_PX
-# Under one's own keypoints and their names, which count from 0.
-_BENEATH = -1
 
 Place = tuple[float, float]
 Mark = tuple[OtherAnnotation, str, Place]
-Drawn = tuple[Hashable, Callable[[], QImage], Place]
-"""What a picture depends on, how it is painted, and its upper left corner."""
-
 Look = tuple[Sequence[OtherAnnotation], Sequence[Difference], Picture, QFont, frozenset[str]]
 
 
@@ -45,8 +41,8 @@ class OthersLayer:
     def __init__(self, renderer: vtk.vtkRenderer) -> None:
         self._edges = Segments(width_px=1.5)
         self._lines = Segments(width_px=2)
-        self._marks = _Pictures(renderer)
-        self._labels = _Pictures(renderer)
+        self._marks = Pictures(renderer, BENEATH)
+        self._labels = Pictures(renderer, BENEATH)
         self._shown: Look | None = None
 
     @property
@@ -72,51 +68,6 @@ class OthersLayer:
         marks = list(_marks(others, picture))
         is_anew = self._marks.show([_drawn_mark(mark, picture) for mark in marks], picture)
         self._labels.show(list(_drawn_labels(marks, font, picture, unnamed)), picture, raised=is_anew)
-
-
-class _Pictures:
-    """Sprites that are painted only where no other one shows the same already: most of the time they move."""
-
-    def __init__(self, renderer: vtk.vtkRenderer) -> None:
-        self._renderer = renderer
-        self._sprites: list[tuple[Hashable, Sprite]] = []
-
-    def show(self, wanted: Sequence[Drawn], picture: Picture, *, raised: bool = False) -> bool:
-        """Show these pictures and no others, each above those before it; say whether any came to the top.
-
-        Parameters
-        ----------
-        raised : bool
-            Whether they come above all others of their layer.
-        """
-        before = [sprite for _, sprite in self._sprites]
-        left: dict[Hashable, list[Sprite]] = {}
-        for key, sprite in self._sprites:
-            left.setdefault(key, []).append(sprite)
-        kept = [left[key].pop() if left.get(key) else None for key, _, _ in wanted]
-        spare = [sprite for sprites in left.values() for sprite in sprites]
-        self._sprites = []
-        for (key, paint, (left_px, top_px)), same in zip(wanted, kept, strict=True):
-            sprite = same or (spare.pop() if spare else self._added())
-            if same is None:
-                sprite.paint(paint())
-            sprite.place(left_px, top_px, picture.height_px)
-            self._sprites.append((key, sprite))
-        for sprite in spare:
-            self._renderer.RemoveViewProp(sprite.actor)
-        present = [sprite for _, sprite in self._sprites]
-        is_anew = raised or present != before[: len(present)]
-        if is_anew:
-            for sprite in present:
-                self._renderer.RemoveViewProp(sprite.actor)
-                self._renderer.AddViewProp(sprite.actor)
-        return is_anew
-
-    def _added(self) -> Sprite:
-        sprite = Sprite()
-        sprite.actor.SetLayerNumber(_BENEATH)
-        self._renderer.AddViewProp(sprite.actor)
-        return sprite
 
 
 def _marks(others: Sequence[OtherAnnotation], picture: Picture) -> Iterator[Mark]:

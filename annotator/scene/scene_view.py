@@ -25,6 +25,7 @@ from annotator.scene.gestures import Gestures
 from annotator.scene.hand import Hand
 from annotator.scene.picking import Picture
 from annotator.session import Session
+from annotator.session.drawn_prediction import drawn_prediction
 from annotator.session.keypoint_marks import keypoint_marks
 from annotator.session.view import Preset
 from annotator.settings import Renderer
@@ -76,6 +77,7 @@ class SceneView(QWidget):
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.others.changed.connect(self._redraw)
+        session.predicting.shown_changed.connect(self._redraw)
 
     # Beginning and end
 
@@ -263,6 +265,9 @@ class SceneView(QWidget):
             others=session.others.drawn,
             differences=session.others.differences(),
             unnamed=session.others.unnamed,
+            prediction=drawn_prediction(
+                session.predicting.shown, session.view, session.tool, session.shown_positions_um()
+            ),
         )
 
     def _picture(self) -> Picture:

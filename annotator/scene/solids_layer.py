@@ -1,4 +1,4 @@
-"""Translucent bodies: boxes with sharp edges and the sense of their axes, the ghost of the tool, a proposal.
+"""Translucent bodies: boxes with sharp edges and the sense of their axes, ghosts of the tool, a proposal.
 
 Without a GPU peeling depths is too slow. So only surfaces that face the eye are drawn, faintly and from the
 farthest to the nearest, and every line is opaque: behind several surfaces it can still be seen.
@@ -19,8 +19,8 @@ from annotator.scene.facets import facets
 from annotator.scene.segments import Segment, Segments, block_edges, segments
 from annotator.session.solids import Solid, SolidKind
 
-_FACE_ON: dict[SolidKind, float] = {"box": 0.20, "ghost": 0.07, "proposal": 0.03}
-_GRAZING: dict[SolidKind, float] = {"box": 0.12, "ghost": 0.55, "proposal": 0.25}
+_FACE_ON: dict[SolidKind, float] = {"box": 0.20, "ghost": 0.07, "proposal": 0.03, "prediction": 0.05}
+_GRAZING: dict[SolidKind, float] = {"box": 0.12, "ghost": 0.55, "proposal": 0.25, "prediction": 0.4}
 """Opacity where a surface faces the eye, and where it turns away: a box is flat, the ghost is like glass."""
 
 _ACTIVE_LIGHTER = 135  # percent
@@ -55,7 +55,8 @@ class SolidsLayer:
         boxes = [solid for solid in wanted[0] if solid.kind == "box"]
         self._edges.show(_box_lines(box for box in boxes if not box.active), ratio)
         self._active_edges.show(_box_lines(box for box in boxes if box.active), ratio)
-        self._ghost_lines.show(_outlines(wanted[0], "ghost", camera), ratio)
+        ghosts = [*_outlines(wanted[0], "ghost", camera), *_outlines(wanted[0], "prediction", camera)]
+        self._ghost_lines.show(ghosts, ratio)
         self._proposal_lines.show(_outlines(wanted[0], "proposal", camera), ratio)
         self._surfaces.show(wanted[0], camera)
 

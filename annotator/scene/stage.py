@@ -22,11 +22,13 @@ from annotator.scene.links_layer import LinksLayer
 from annotator.scene.others_layer import OthersLayer
 from annotator.scene.picking import Picture
 from annotator.scene.planes_layer import PlanesLayer, PlanesLook, SlicesLayer, SlicesLook
+from annotator.scene.prediction_layer import PredictionLayer, review_solids
 from annotator.scene.renderers import Renderers, is_software
 from annotator.scene.scale_bar_layer import ScaleBarLayer
 from annotator.scene.solids_layer import SolidsLayer
 from annotator.scene.volume_layer import MOVING_RAY_PX, VolumeLayer, VolumeLook, next_moving_ray_px
 from annotator.session.differences import Difference
+from annotator.session.drawn_prediction import DrawnPrediction
 from annotator.session.handles import Handle
 from annotator.session.keypoint_marks import KeypointMark
 from annotator.session.others import OtherAnnotation
@@ -53,6 +55,7 @@ class SceneLook:
         Between them.
     unnamed : frozenset of str
         The keypoints of the others that no mark of one's own names.
+    prediction : DrawnPrediction or None
     """
 
     picture: Picture
@@ -68,6 +71,7 @@ class SceneLook:
     others: tuple[OtherAnnotation, ...] = ()
     differences: tuple[Difference, ...] = ()
     unnamed: frozenset[str] = frozenset()
+    prediction: DrawnPrediction | None = None
 
 
 class Stage:
@@ -96,7 +100,9 @@ class Stage:
         self._axes = AxesLayer()
         self._scale_bar = ScaleBarLayer()
         self._others = OthersLayer(self.canvas.renderer)
-        for layer in (self._planes, self._others, self._links, self._solids, self._axes, self._scale_bar):
+        self._prediction = PredictionLayer(self.canvas.renderer)
+        in_space = (self._planes, self._others, self._links, self._prediction, self._solids)
+        for layer in (*in_space, self._axes, self._scale_bar):
             for actor in layer.actors:
                 self.renderers.add_overlay(actor)
         self._keypoints = KeypointsLayer(self.canvas.renderer)
@@ -145,8 +151,10 @@ class Stage:
         positions_um = {mark.name: mark.position_um for mark in look.marks}
         self._links.show_links(look.tool if "links" in shown else None, positions_um, ratio)
         self._links.show_ray(view.preview.ray if view.preview else None, box_um, ratio)
-        self._solids.show(look.solids, picture.camera, ratio)
+        predicted = review_solids(look.prediction) if look.prediction is not None else ()
+        self._solids.show((*look.solids, *predicted), picture.camera, ratio)
         self._others.show(look.others, look.differences, picture, font, look.unnamed)
+        self._prediction.show(look.prediction, picture, font)
         axes = "axes" in shown and box_um is not None
         self._axes.show_outlines(box_um if axes else None, view.cropping_um, ratio)
         self._axes.show_triad(picture, font, visible=axes)

@@ -4,6 +4,7 @@ from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainter
 
 from annotator.session import Session
+from annotator.session.drawn_prediction import drawn_prediction
 from annotator.session.solids import Solid
 from annotator.slices.handle_marks import HandleMark, handle_marks, handle_under
 from annotator.slices.handle_painting import paint_handles, paint_hint
@@ -19,6 +20,7 @@ from annotator.slices.others_painting import (
 )
 from annotator.slices.outline_painting import paint_outlines
 from annotator.slices.overlays import paint_links, paint_marks
+from annotator.slices.prediction_painting import PredictionPainter
 from annotator.slices.solid_outlines import SolidOutline, solid_outlines
 from annotator.slices.viewport import Viewport
 
@@ -28,6 +30,8 @@ GRAB_RADIUS_PX = 8.0
 
 class AnnotationLayer:
     """Keypoints, links, bodies and handles on one slice, one's own over the other annotators'.
+
+    A prediction lies partly under one's own, and partly over it.
 
     All is worked out once for each state that is drawn; the mouse meets one's own alone.
     """
@@ -41,11 +45,12 @@ class AnnotationLayer:
         self._outlines: tuple[SolidOutline, ...] | None = None
         self._handles: tuple[HandleMark, ...] | None = None
         self._others: tuple[tuple[OtherMark, ...], tuple[OtherOutline, ...]] | None = None
+        self._prediction: PredictionPainter | None = None
 
     def show(self, viewport: Viewport | None, index: int) -> None:
         """Show what there is now on a part of the plane with an index."""
         self._viewport, self._index = viewport, index
-        self._solids = self._marks = self._outlines = self._handles = self._others = None
+        self._solids = self._marks = self._outlines = self._handles = self._others = self._prediction = None
 
     @property
     def solids(self) -> tuple[Solid, ...]:
@@ -78,11 +83,19 @@ class AnnotationLayer:
         if viewport is None or view.overlays_hidden:
             return
         names = "names" in view.layers
+        prediction = self._shown_prediction(viewport)
+        if prediction is not None:
+            prediction.paint_beneath(painter)
         self._paint_others(painter, viewport)
         paint_outlines(painter, self._shown_outlines(viewport), names=names, posing=view.mode == "pose")
         if "links" in view.layers and tool is not None:
             paint_links(painter, viewport, self._index, tool, self._session.shown_positions_um())
         paint_marks(painter, self._shown_marks(), names=names)
+        if prediction is not None:
+            prediction.paint_above(painter)
+            if view.maximized is not None:
+                # Otherwise the scene says it.
+                prediction.paint_legend(painter)
         pointed = None
         if cursor_at is not None and held is None:
             pointed = self.handle_under(cursor_at.x(), cursor_at.y(), GRAB_RADIUS_PX)
@@ -104,6 +117,16 @@ class AnnotationLayer:
         paint_other_outlines(painter, outlines)
         paint_differences(painter, viewport, self._index, others.differences())
         paint_other_marks(painter, marks, viewport.area, others.unnamed)
+
+    def _shown_prediction(self, viewport: Viewport) -> PredictionPainter | None:
+        if self._prediction is None:
+            session = self._session
+            drawn = drawn_prediction(
+                session.predicting.shown, session.view, session.tool, session.shown_positions_um()
+            )
+            if drawn is not None:
+                self._prediction = PredictionPainter(drawn, viewport, self._index)
+        return self._prediction
 
     def _shown_marks(self) -> tuple[Mark, ...]:
         if self._session.view.overlays_hidden or self._viewport is None:

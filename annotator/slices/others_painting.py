@@ -10,11 +10,11 @@ from annotator.looks.annotator_marks import (
     annotator_color,
     covered,
     gathered,
-    label_area,
     label_words,
     paint_annotator_mark,
     text_color,
 )
+from annotator.looks.label_places import label_area
 from annotator.session.differences import Difference
 from annotator.session.others import OtherAnnotation
 from annotator.session.solids import Solid

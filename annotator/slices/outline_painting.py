@@ -1,4 +1,4 @@
-"""Draws boxes, the fitted tool and the tool as the volume proposes it, where a slice cuts them."""
+"""Draws boxes and the tool, as fitted, predicted or proposed by the volume, where a slice cuts them."""
 
 import math
 from collections.abc import Iterable
@@ -20,8 +20,12 @@ ACTIVE_WIDTH_PX = 2.5
 THIN_PX = 1.0
 FIRM_PX = 1.8
 # Boxes are what a person said, and lie over what was computed.
-_ORDER: dict[SolidKind, int] = {"ghost": 0, "proposal": 1, "box": 2}
-_DASHES_PX: dict[SolidKind, list[float]] = {"ghost": [5.0, 4.0], "proposal": [8.0, 3.0, 1.5, 3.0]}
+_ORDER: dict[SolidKind, int] = {"ghost": 0, "prediction": 1, "proposal": 2, "box": 3}
+_DASHES_PX: dict[SolidKind, list[float]] = {
+    "ghost": [5.0, 4.0],
+    "prediction": [2.0, 3.0],
+    "proposal": [8.0, 3.0, 1.5, 3.0],
+}
 
 ARROW_PX = 15.0
 _HEAD_PX = 5.0
@@ -32,7 +36,7 @@ _STEEP = 0.94
 
 
 def paint_outlines(painter: QPainter, outlines: Iterable[SolidOutline], *, names: bool, posing: bool) -> None:
-    """Draw bodies: boxes firm and lightly filled, the tool dashed, a proposal dash-dotted.
+    """Draw bodies: boxes firm and lightly filled, the tool dashed, predicted dotted, a proposal dash-dotted.
 
     Parameters
     ----------

@@ -88,6 +88,7 @@ class SliceView(QWidget):
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.others.changed.connect(self._redraw)
+        session.predicting.shown_changed.connect(self._redraw)
         fetcher.slice_arrived.connect(self._on_fetcher_slice_arrived)
         fetcher.reading_failed.connect(self.update)
         self._on_session_volume_changed()

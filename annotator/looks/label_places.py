@@ -1,0 +1,69 @@
+"""Where words stand beside marks over an image, so that they can be read."""
+
+from collections.abc import Iterable, Sequence
+
+from PySide6.QtCore import QRectF
+
+_STEPS_PX = (0.0, 9.0, 20.0)
+"""How far from their marks words go to find free room."""
+
+
+def label_area(
+    marks: QRectF, width_px: float, height_px: float, taken: Sequence[QRectF], picture: QRectF
+) -> QRectF:
+    """Return where the words beside marks stand: in sight, and on no others if it can be.
+
+    First to the lower left, where no name of a keypoint of one's own is.
+
+    Parameters
+    ----------
+    marks : QRectF
+        What the marks cover.
+    width_px, height_px : float
+        Of the words.
+    taken : sequence of QRectF
+        What has its place already.
+    picture : QRectF
+        What is in sight.
+    """
+    left, right = marks.left() - width_px, marks.right()
+    above, middle, below = marks.top() - height_px, marks.center().y() - height_px / 2, marks.bottom()
+    choices = [
+        QRectF(x, y, width_px, height_px)
+        for x, y in ((left, below), (left, middle), (right, below), (left, above), (right, middle))
+    ]
+    lost = [
+        width_px * height_px - _shared(choice, picture) + sum(_shared(choice, other) for other in taken)
+        for choice in choices
+    ]
+    return choices[lost.index(min(lost))]
+
+
+def label_areas(
+    labels: Iterable[tuple[QRectF, float, float]], taken: Iterable[QRectF], picture: QRectF
+) -> list[QRectF]:
+    """Return where several words stand: each as `label_area`, and farther off where there is no room beside.
+
+    Parameters
+    ----------
+    labels : iterable of (QRectF, float, float)
+        What the marks cover, and the width and height of the words.
+    taken, picture
+        See `label_area`.
+    """
+    made: list[QRectF] = []
+    covered = list(taken)
+    for marks, width_px, height_px in labels:
+        areas = [
+            label_area(marks.adjusted(-away, -away, away, away), width_px, height_px, covered, picture)
+            for away in _STEPS_PX
+        ]
+        free = (area for area in areas if not any(area.intersects(other) for other in covered))
+        made.append(next((area for area in free if picture.contains(area)), areas[0]))
+        covered.append(made[-1])
+    return made
+
+
+def _shared(first: QRectF, second: QRectF) -> float:
+    both = first.intersected(second)
+    return both.width() * both.height()
