@@ -72,19 +72,26 @@ def rank(table: ErrorTable) -> tuple[RankedVolume, ...]:
 
     Errors are those of the predicted keypoints by the published formulas.
     """
+    people = None if table.human is None else _People(table.human)
     medians = _medians(table)
-    ranked = [_ranked(row, table.human, medians) for row in table.rows]
+    ranked = [_ranked(row, {} if people is None else people.floors(row), medians) for row in table.rows]
     return tuple(sorted(ranked, key=_precedence))
 
 
-def floors_of(row: ErrorsOfVolume, human: HumanFloor | None) -> Mapping[str, float]:
-    """Return how far another person would be from a volume's truth, by target; see the top of this module."""
-    if human is None:
-        return {}
-    is_one_person = row.whose != CONSENSUS and row.whose in human.annotators
-    apart = human.pairwise if is_one_person else human.leave_one_out
-    own = apart.get(row.volume, {})
-    return {name: _floor(own.get(name), usual) for name, usual in _usual(apart).items()}
+class _People:
+    """Tells how far another person would be from a volume's truth; see the top of this module."""
+
+    def __init__(self, human: HumanFloor) -> None:
+        self._annotators = human.annotators
+        self._from_one = (human.pairwise, _usual(human.pairwise))
+        self._from_several = (human.leave_one_out, _usual(human.leave_one_out))
+
+    def floors(self, row: ErrorsOfVolume) -> Mapping[str, float]:
+        """Return it by target."""
+        is_of_one = row.whose != CONSENSUS and row.whose in self._annotators
+        apart, usual = self._from_one if is_of_one else self._from_several
+        own = apart.get(row.volume, {})
+        return {name: _floor(own.get(name), of_study) for name, of_study in usual.items()}
 
 
 def _usual(apart: Mapping[str, Mapping[str, float]]) -> Mapping[str, float]:
@@ -109,8 +116,7 @@ def _medians(table: ErrorTable) -> Mapping[str, float]:
     return {name: float(np.median(errors)) for name, errors in by_target.items()}
 
 
-def _ranked(row: ErrorsOfVolume, human: HumanFloor | None, medians: Mapping[str, float]) -> RankedVolume:
-    floors = floors_of(row, human)
+def _ranked(row: ErrorsOfVolume, floors: Mapping[str, float], medians: Mapping[str, float]) -> RankedVolume:
     ratios = {name: error / floors[name] for name, error in row.targets.items() if name in floors}
     relative = {name: _relative(error, medians[name]) for name, error in row.targets.items()}
     said = ratios or relative

@@ -1,14 +1,11 @@
 """What a checkpoint predicted in a study against what its people say, and against how far they are apart."""
 
-from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from annotations.agreement.collecting import collect
-from annotations.agreement.deviation import Deviations, deviations
-from annotations.agreement.measured import measured_targets
 from annotations.app_folders import tool_folder
 from annotations.documents.annotation import Annotation
 from annotations.documents.files import DocumentError
@@ -18,19 +15,17 @@ from annotations.documents.study import Study, load_study
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
-from annotations.interchange.speaking_documents import Choice, SpeakingDocument, speaking_documents
+from annotations.interchange.speaking_documents import Choice, speaking_documents
 from annotations.prediction.checkpoint_description import CheckpointDescription
 from annotations.prediction.error_table import (
     ErrorTable,
-    HumanFloor,
     JudgedPrediction,
     UnjudgedVolume,
     error_table,
-    human_floor,
 )
 from annotations.prediction.prediction import Prediction
-from annotations.prediction.prediction_errors import shown_target
 from annotations.prediction.prediction_file import load_prediction, study_prediction_path
+from annotations.prediction.study_floor import FloorOfVolumes, floor_of_volumes
 
 _SAME_SPACING = 1e-6
 
@@ -119,20 +114,98 @@ def study_errors(
 ) -> ErrorTable:
     """Return the errors of predictions against the annotations that speak for a study's volumes.
 
-    Positions that are themselves a network's, and that nobody has touched since, are no truth. No volume is
-    opened.
+    What is wanted of several checkpoints, or again after one annotation has changed, need not be read each
+    time: see `read_truths` and `errors_against`, of which this is made.
 
     Parameters
     ----------
     folder : Path
         The study's.
-    predictions : mapping of str to Prediction
-        Of one checkpoint, by the volume's id.
+    predictions, checkpoint, unjudged
+        As for `errors_against`.
+    truth, progress, cancelled
+        As for `read_truths`.
+
+    Raises
+    ------
+    StudyError, ToolError
+        ``study.toml`` is wrong, or its tool is unknown.
+    Cancelled
+        `cancelled` returned true.
+    """
+    truths = read_truths(folder, truth, progress=progress, cancelled=cancelled)
+    return errors_against(truths, predictions, checkpoint, unjudged=unjudged)
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeTruth:
+    """What speaks for a volume.
+
+    Attributes
+    ----------
+    annotation : Annotation
+    tool : ToolSpecification
+        With which it was made.
+    whose : str
+        Its annotator.
+    """
+
+    annotation: Annotation
+    tool: ToolSpecification
+    whose: str
+
+
+@dataclass(frozen=True, eq=False)
+class StudyTruths:
+    """What a study's people say, as it was read: what any checkpoint's predictions are held against.
+
+    Attributes
+    ----------
+    title : str
+        The study's.
+    tool : ToolSpecification
+        The study's.
+    method : str
+        By which the annotations were made.
+    by_volume : mapping of str to VolumeTruth
+        By the volume's id, in the study's order.
+    silent : mapping of str to str
+        Why nothing speaks for the other volumes, as sentences without their full stop.
+    floor : FloorOfVolumes or None
+        How far people are apart; None where nobody has annotated by the method.
+    """
+
+    title: str
+    tool: ToolSpecification
+    method: Method
+    by_volume: Mapping[str, VolumeTruth]
+    silent: Mapping[str, str]
+    floor: FloorOfVolumes | None
+
+    def with_annotation(self, volume: str, annotation: Annotation) -> "StudyTruths":
+        """Return the same after the annotation that speaks for a volume was changed.
+
+        What another person says now is not known here, nor is the floor computed again, which one volume of
+        many hardly moves: for that everything is to be read again, now and then.
+        """
+        changed = replace(self.by_volume[volume], annotation=annotation)
+        return replace(self, by_volume={**self.by_volume, volume: changed})
+
+
+def read_truths(
+    folder: Path,
+    truth: Truth | None = None,
+    *,
+    progress: Callable[[float], None] = lambda _share: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> StudyTruths:
+    """Read what speaks for a study's volumes, and how far its people are apart. No volume is opened.
+
+    Parameters
+    ----------
+    folder : Path
+        The study's.
     truth : Truth, optional
-    checkpoint : CheckpointDescription, optional
-        Tells which keypoints it cannot tell, since they lie beyond its range; else it should have found all.
-    unjudged : sequence of UnjudgedVolume
-        Volumes of which the table is to say why they have no prediction.
     progress, cancelled : callable
         Told the share that is done; asked now and then whether to stop.
 
@@ -151,58 +224,84 @@ def study_errors(
     documents, left_out = speaking_documents(
         study, folder, tool, folders, choice, lambda share: progress(share / 2), cancelled
     )
+    by_volume = {
+        each.volume.id: VolumeTruth(each.annotation, each.tool, each.annotator) for each in documents
+    }
+    return StudyTruths(
+        title=study.title,
+        tool=tool,
+        method=choice.method,
+        by_volume=by_volume,
+        silent={one.volume_id: one.reason for one in left_out if one.volume_id not in by_volume},
+        floor=floor_of_volumes(folder, choice.method, lambda share: progress((1 + share) / 2), cancelled),
+    )
+
+
+def errors_against(
+    truths: StudyTruths,
+    predictions: Mapping[str, Prediction],
+    checkpoint: CheckpointDescription | None = None,
+    *,
+    unjudged: Sequence[UnjudgedVolume] = (),
+) -> ErrorTable:
+    """Return the errors of predictions; no file is read.
+
+    Positions that are themselves a network's, and that nobody has touched since, are no truth.
+
+    Parameters
+    ----------
+    truths : StudyTruths
+    predictions : mapping of str to Prediction
+        Of one checkpoint, by the volume's id.
+    checkpoint : CheckpointDescription, optional
+        Tells which keypoints it cannot tell, since they lie beyond its range; else it should have found all.
+    unjudged : sequence of UnjudgedVolume
+        Volumes of which the table is to say why they have no prediction.
+    """
     judged: list[JudgedPrediction] = []
     refused = list(unjudged)
-    for document in documents:
-        volume_id = document.volume.id
+    for volume_id, truth in truths.by_volume.items():
         prediction = predictions.get(volume_id)
         if prediction is None:
             continue
-        if reason := _why_not(prediction, document, tool):
+        if reason := _why_not(prediction, truth, truths.tool):
             refused.append(UnjudgedVolume(volume=volume_id, reason=reason))
         else:
-            truth_um = true_positions_um(document.annotation, document.tool)
-            spacing_um = prediction.volume.spacing_um
-            beyond = (
-                frozenset[str]() if checkpoint is None else out_of_range(checkpoint, truth_um, spacing_um)
-            )
-            judged.append(
-                JudgedPrediction(
-                    volume_id,
-                    prediction,
-                    truth_um,
-                    document.annotator,
-                    beyond,
-                    # A checkpoint refuses volumes in which the light travels along another axis.
-                    *(() if checkpoint is None else (checkpoint.sampling.depth_axis,)),
-                )
-            )
-    spoken = {document.volume.id for document in documents}
-    silent = {one.volume_id: one.reason for one in left_out if one.volume_id not in spoken}
+            judged.append(_judged(volume_id, truth, prediction, checkpoint))
     refused += [
         UnjudgedVolume(volume=volume_id, reason=reason)
-        for volume_id, reason in silent.items()
+        for volume_id, reason in truths.silent.items()
         if volume_id in predictions
     ]
-    human = study_human_floor(
-        folder,
-        choice.method,
-        {each.volume_id for each in judged},
-        progress=lambda share: progress((1 + share) / 2),
-        cancelled=cancelled,
+    human = None if truths.floor is None else truths.floor.of({each.volume_id for each in judged})
+    return error_table(judged, truths.tool, title=truths.title, human=human, unjudged=refused)
+
+
+def _judged(
+    volume_id: str, truth: VolumeTruth, prediction: Prediction, checkpoint: CheckpointDescription | None
+) -> JudgedPrediction:
+    truth_um = true_positions_um(truth.annotation, truth.tool)
+    if checkpoint is None:
+        return JudgedPrediction(volume_id, prediction, truth_um, truth.whose)
+    return JudgedPrediction(
+        volume_id,
+        prediction,
+        truth_um,
+        truth.whose,
+        out_of_range(checkpoint, truth_um, prediction.volume.spacing_um),
+        # A checkpoint refuses volumes in which the light travels along another axis.
+        checkpoint.sampling.depth_axis,
     )
-    return error_table(judged, tool, title=study.title, human=human, unjudged=refused)
 
 
 def out_of_range(
     checkpoint: CheckpointDescription, truth_um: Mapping[str, Vector], volume_spacing_um: Vector
 ) -> frozenset[str]:
     """Return the keypoints at positions in µm that a checkpoint cannot tell: they are beyond its range."""
-    return frozenset(
-        name
-        for name, position_um in truth_um.items()
-        if not checkpoint.in_range(position_um, volume_spacing_um)
-    )
+    if not truth_um:
+        return frozenset()
+    in_range = checkpoint.in_range(list(truth_um.values()), volume_spacing_um)
+    return frozenset(name for name, is_told in zip(truth_um, in_range.tolist(), strict=True) if not is_told)
 
 
 def true_positions_um(annotation: Annotation, tool: ToolSpecification) -> Mapping[str, Vector]:
@@ -214,64 +313,14 @@ def true_positions_um(annotation: Annotation, tool: ToolSpecification) -> Mappin
     }
 
 
-def study_human_floor(
-    folder: Path,
-    method: Method,
-    volumes: Container[str] | None = None,
-    *,
-    progress: Callable[[float], None] = lambda _share: None,
-    cancelled: Callable[[], bool] = lambda: False,
-) -> HumanFloor | None:
-    """Return how far the annotators of a study are apart; None where no volume has two of them.
-
-    Only opinions of their own count (`Compared.is_independent`): who corrected a prediction, or saw others'
-    work before, is not among them.
-
-    Parameters
-    ----------
-    folder : Path
-        The study's.
-    method : str
-    volumes : container of str, optional
-        Ids of the volumes that count, such as those that a checkpoint is judged by; by default all.
-    progress, cancelled : callable
-        Told the share that is done; asked now and then whether to stop.
-
-    Raises
-    ------
-    StudyError
-        ``study.toml`` is wrong.
-    Cancelled
-        `cancelled` returned true.
-    """
-    material = collect(folder, (tool_folder(),), progress=progress, cancelled=cancelled)
-    passes = material.passes.get(method)
-    if not passes or material.tool is None:
-        return None
-    # What a network had a part in is no yardstick for one, nor is what people did who saw each other's work.
-    independent = passes[0].only(passes[0].is_independent)
-    names = independent.volumes
-    chosen = [place for place, name in enumerate(names) if volumes is None or name in volumes]
-    apart = {}
-    for name, measured in measured_targets(independent, material.tool).items():
-        shown, unit = shown_target(name)
-        found = deviations(measured)
-        apart[shown] = Deviations(
-            found.published[chosen] / unit,
-            found.leave_one_out[chosen] / unit,
-            found.pairwise[chosen] / unit,
-        )
-    return human_floor(method, passes[0].annotators, [names[place] for place in chosen], apart)
-
-
-def _why_not(prediction: Prediction, document: SpeakingDocument, tool: ToolSpecification) -> str:
+def _why_not(prediction: Prediction, truth: VolumeTruth, tool: ToolSpecification) -> str:
     """Return why a prediction cannot be held against an annotation; empty where it can."""
-    seen, annotated = prediction.volume, document.annotation.volume
+    seen, annotated = prediction.volume, truth.annotation.volume
     unknown = [each.name for each in prediction.keypoints if each.name not in tool.keypoint_names]
     if unknown:
         return f"the checkpoint's tool {prediction.tool!r} has {unknown[0]!r}, and the study's has not"
     if seen.fingerprint != annotated.fingerprint:
-        return f"what was predicted is not what {document.annotator} annotated (the fingerprints differ)"
+        return f"what was predicted is not what {truth.whose} annotated (the fingerprints differ)"
     if not np.allclose(seen.spacing_um, annotated.spacing_um, rtol=_SAME_SPACING, atol=0):
         return (
             f"it was predicted with the spacing {seen.spacing_um} µm, and annotated with "

@@ -1,6 +1,7 @@
 """The errors of a checkpoint in a study, from files alone."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,15 +10,24 @@ import pytest
 from annotations.documents.annotation import Annotation, VolumeReference, new_annotation
 from annotations.documents.edits import place_keypoint, set_status
 from annotations.documents.files import load_annotation, save_annotation
+from annotations.documents.provenance import PredictionOrigin, Viewing
 from annotations.documents.record import changed
 from annotations.documents.study import Study, StudyVolume, annotation_path, save_study
 from annotations.documents.study_checks import check_study, is_wrong
 from annotations.geometry.frames import Vector, vector
-from annotations.prediction.error_table import ErrorTable
+from annotations.prediction.error_table import ErrorTable, HumanFloor
 from annotations.prediction.error_text import error_text
 from annotations.prediction.prediction_file import save_prediction, study_prediction_path
-from annotations.prediction.study_errors import Truth, kept_predictions, study_errors, study_human_floor
+from annotations.prediction.study_errors import (
+    Truth,
+    errors_against,
+    kept_predictions,
+    read_truths,
+    study_errors,
+)
+from annotations.prediction.study_floor import floor_of_volumes
 from annotations.synthesis import write_study
+from annotations.volumes.sampling import OMES_SAMPLING, Sampling
 from tests.annotations.prediction.known_keypoints import FORCEPS, described
 from tests.annotations.prediction.made_predictions import CHECKPOINT, TRUE_UM, VOLUME, made_prediction
 
@@ -69,6 +79,12 @@ def folder(tmp_path: Path) -> Path:
 def table_of(folder: Path, truth: Truth | None = None) -> ErrorTable:
     predictions, unread = kept_predictions(folder, CHECKPOINT.name)
     return study_errors(folder, predictions, truth, unjudged=unread)
+
+
+def floor_of(folder: Path, volumes: Sequence[str] | None = None) -> HumanFloor | None:
+    floor = floor_of_volumes(folder, "keypoints")
+    assert floor is not None
+    return floor.of(volumes)
 
 
 def test_errors_are_those_of_the_files(folder: Path) -> None:
@@ -134,7 +150,7 @@ def test_the_human_floor_stands_beside(folder: Path) -> None:
     assert table.human.targets["position_mm"].n == 2
     assert table.human.volumes["v1"]["position_mm"] == pytest.approx(0.05)
     assert "v3" not in table.human.volumes
-    assert table.human == study_human_floor(folder, "keypoints")
+    assert table.human == floor_of(folder)
 
 
 def test_the_human_floor_is_that_of_the_volumes_that_are_judged(folder: Path) -> None:
@@ -147,10 +163,10 @@ def test_the_human_floor_is_that_of_the_volumes_that_are_judged(folder: Path) ->
     assert human is not None
     assert set(human.volumes) == {"v2"}
     assert human.targets["position_mm"].mean == pytest.approx(0.1)
-    everyone = study_human_floor(folder, "keypoints")
+    everyone = floor_of(folder)
     assert everyone is not None
     assert set(everyone.volumes) == set(IDS)
-    assert study_human_floor(folder, "keypoints", ()) is None
+    assert floor_of(folder, ()) is None
 
 
 def test_volumes_that_cannot_be_judged_say_why(folder: Path) -> None:
@@ -266,3 +282,72 @@ def test_a_studys_check_says_nothing_about_predictions(folder: Path) -> None:
         predict(folder, each)
 
     assert [str(found) for found in check_study(folder) if is_wrong(found[1])] == before
+
+
+def test_a_changed_annotation_is_held_against_without_reading_the_others(folder: Path) -> None:
+    for each in IDS:
+        predict(folder, each)
+    predictions, _ = kept_predictions(folder, CHECKPOINT.name)
+    truths = read_truths(folder)
+    before = errors_against(truths, predictions)
+
+    edited = annotate(folder, "anna", "v2", (0.0, 0.0, 700.0))
+    after = errors_against(truths.with_annotation("v2", edited), predictions)
+
+    anew = study_errors(folder, predictions)
+    assert after.rows == anew.rows
+    assert after.by_formulas == anew.by_formulas
+    assert [row.targets["position_mm"] for row in after.rows] == pytest.approx([0.0, 0.7, 0.0])
+    assert (before.rows[0], before.rows[2]) == (after.rows[0], after.rows[2])
+    hashes = [
+        (one.annotation_sha256, other.annotation_sha256)
+        for one, other in zip(before.rows, after.rows, strict=True)
+    ]
+    assert [one == other for one, other in hashes] == [True, False, True]
+
+
+def test_who_corrected_a_prediction_is_no_part_of_the_human_floor(folder: Path) -> None:
+    for each in IDS:
+        annotate(folder, "ben", each, (0.0, 100.0, 0.0))
+        predict(folder, each)
+    origin = PredictionOrigin(path="p.json", checkpoint="Known", sha256="0" * 64)
+    begun = changed(annotate(folder, "ben", "v1", (0.0, 100.0, 0.0)), predicted_from=origin)
+    save_annotation(begun, annotation_path(folder, "ben", "v1", "keypoints"), expected="", overwrite=True)
+    shown = Viewing(moment=begun.created, shown="predictions", status="in_progress")
+    seen = changed(annotate(folder, "ben", "v2", (0.0, 100.0, 0.0)), viewings=(shown,))
+    save_annotation(seen, annotation_path(folder, "ben", "v2", "keypoints"), expected="", overwrite=True)
+
+    human = table_of(folder, Truth(annotator="anna")).human
+
+    assert human is not None
+    assert set(human.volumes) == {"v3"}
+    assert human.pairwise["v3"]["position_mm"] == pytest.approx(0.1)
+    assert human.leave_one_out["v3"]["position_mm"] == pytest.approx(0.1)
+    assert human.annotators == ("anna", "ben")
+
+
+def test_a_row_says_what_its_error_may_depend_on(folder: Path) -> None:
+    predict(folder, "v1", (100.0, 0.0, 0.0))
+    predictions, _ = kept_predictions(folder, CHECKPOINT.name)
+
+    [row] = study_errors(folder, predictions, checkpoint=described()).rows
+
+    assert row.true_angles_deg == pytest.approx({"theta1": 20.0, "theta2": 40.0})
+    assert row.depth_um == pytest.approx(np.mean([position_um[2] for position_um in TRUE_UM.values()]))
+    assert row.visible_share == 1.0
+    spreads_um = [math.hypot(*each.confidence.spread_um) for each in predictions["v1"].keypoints]
+    assert row.spread_um == pytest.approx(max(spreads_um))
+
+
+def test_depth_runs_along_the_axis_of_the_checkpoint(folder: Path) -> None:
+    predict(folder, "v1")
+    predictions, _ = kept_predictions(folder, CHECKPOINT.name)
+    along_0 = described(changed_sampling(depth_axis=0))
+
+    [row] = study_errors(folder, predictions, checkpoint=along_0).rows
+
+    assert row.depth_um == pytest.approx(np.mean([position_um[0] for position_um in TRUE_UM.values()]))
+
+
+def changed_sampling(**fields: object) -> Sampling:
+    return OMES_SAMPLING.model_copy(update=fields)
