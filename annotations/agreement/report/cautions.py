@@ -79,6 +79,26 @@ def fewness_note(agreement: Agreement) -> Note | None:
     )
 
 
+def from_prediction_note(agreement: Agreement) -> Note | None:
+    """Return whose annotations were begun from a prediction, and are left out; None where there is none."""
+    told = []
+    for method in methods_of(agreement):
+        begun = agreement.methods[method].counts.from_prediction
+        people = [
+            f"{each.annotator} {each.from_prediction:,}"
+            for each in agreement.methods[method].annotators
+            if each.from_prediction
+        ]
+        if begun:
+            told.append(f"{METHODS[method].lower()}: {begun:,} ({listed(people)})")
+    if not told:
+        return None
+    return Note(
+        "Annotations that were begun from a network's prediction are no opinions of their own, and are left "
+        f"out of these figures; below they are given with them, too. By {'; by '.join(told)}."
+    )
+
+
 def _unequal_numbers(agreement: Agreement, method: Method) -> str | None:
     volumes = agreement.methods[method].counts.volumes_by_annotators
     if len(volumes) < 2:

@@ -8,6 +8,7 @@ from annotations.agreement.report.bland_altman_plot import bland_altman_plot
 from annotations.agreement.report.cautions import (
     factors_paragraph,
     fewness_note,
+    from_prediction_note,
     mistakes_note,
     unequal_numbers_note,
 )
@@ -111,6 +112,7 @@ def _deviation(agreement: Agreement) -> Section:
             Paragraph("The tool has no pose targets: the deviations are given for each keypoint below.")
         )
         items += _present(mistakes_note(agreement))
+    items += _present(from_prediction_note(agreement))
     items += _present(unequal_numbers_note(agreement))
     items += _present(fewness_note(agreement))
     if agreement.targets and is_anything_compared(agreement):

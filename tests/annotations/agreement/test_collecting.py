@@ -12,7 +12,8 @@ from annotations.agreement.collecting import collect
 from annotations.agreement.comparison import agreement_of
 from annotations.agreement.results import Statistics
 from annotations.demo import make_demo_study
-from annotations.documents.provenance import Viewing
+from annotations.documents.provenance import PredictionOrigin, Viewing
+from annotations.documents.record import changed
 from annotations.documents.representations import keypoint_positions_um
 from annotations.documents.standing import STANDINGS
 from annotations.documents.study import StudyError
@@ -163,13 +164,19 @@ def test_what_a_document_says_of_itself_is_kept(study: WrittenStudy) -> None:
         document("anna", status="in_progress", flag="look at k3", active_seconds=12.5),
         document("ben", viewings=(looked,)),
     )
+    shown = changed(looked, shown="predictions")
+    origin = PredictionOrigin(path="p.json", checkpoint="Lean", sha256="0" * 64)
+    study.add(document("anna", "v2", viewings=(shown,)), document("ben", "v2", predicted_from=origin))
 
-    (compared,) = study.collect().passes["keypoints"]
+    compared = study.collect().passes["keypoints"][0]
 
-    assert compared.is_done.tolist() == [[True, False]]
-    assert compared.is_blind.tolist() == [[False, True]]
-    assert compared.is_flagged.tolist() == [[False, True]]
-    assert compared.active_seconds.tolist() == [[0.0, 12.5]]
+    assert compared.volumes == ("v2", "v1")
+    assert compared.is_from_prediction.tolist() == [[True, False], [False, False]]
+    assert compared.is_independent.tolist() == [[False, False], [False, True]]
+    assert compared.is_blind.tolist() == [[True, False], [False, True]]
+    assert compared.is_done[1].tolist() == [True, False]
+    assert compared.is_flagged[1].tolist() == [False, True]
+    assert compared.active_seconds[1].tolist() == [0.0, 12.5]
 
 
 def test_a_study_without_annotations_is_empty(study: WrittenStudy) -> None:

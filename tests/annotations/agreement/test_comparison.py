@@ -26,7 +26,12 @@ def noisy(compared_of: Callable[..., Compared], forceps: ToolSpecification) -> C
     )
     made = compared_of(shape_um + np.random.default_rng(1).normal(scale=50.0, size=(10, 3, 6, 3)))
     # Each array is changed by itself.
-    return replace(made, is_done=made.is_done.copy(), is_blind=made.is_blind.copy())
+    return replace(
+        made,
+        is_done=made.is_done.copy(),
+        is_blind=made.is_blind.copy(),
+        is_from_prediction=made.is_from_prediction.copy(),
+    )
 
 
 @pytest.fixture
@@ -67,6 +72,36 @@ def test_the_main_figures_are_of_what_was_made_blindly(
         (9, 9, 1),
     ]
     assert [each.active_seconds.n for each in one_seen.annotators] == [10, 10, 9]
+
+
+def test_what_was_begun_from_a_prediction_is_in_no_main_figure(
+    noisy: Compared, material_of: Callable[..., Material]
+) -> None:
+    noisy.positions_um[3, 2] += 5000.0
+    begun = replace(noisy, is_from_prediction=noisy.is_from_prediction.copy())
+    begun.is_from_prediction[3, 2] = True
+    # Whoever begins from a prediction has seen it.
+    both = replace(begun, is_blind=begun.is_blind.copy())
+    both.is_blind[3, 2] = False
+    both.is_blind[4, 0] = False
+
+    none = compare(material_of(noisy), resamples=RESAMPLES).methods["keypoints"]
+    one = compare(material_of(begun), resamples=RESAMPLES).methods["keypoints"]
+    two = compare(material_of(both), resamples=RESAMPLES).methods["keypoints"]
+
+    assert none.with_from_prediction is None
+    assert one.with_from_prediction is not None
+    assert one.with_not_blind is None
+    assert published(one.with_from_prediction) == published(none)
+    assert published(one) < published(none) / 2
+    assert (one.counts.from_prediction, one.counts.not_blind, one.counts.keypoints_counted) == (1, 0, 174)
+    assert [each.from_prediction for each in one.annotators] == [0, 0, 1]
+    assert {each.volume: len(each.annotators) for each in one.volumes}["v3"] == 2
+    # Each of the two kinds is given by itself, beside what is neither.
+    assert (two.counts.from_prediction, two.counts.not_blind, two.counts.keypoints_counted) == (1, 1, 168)
+    assert two.with_not_blind is not None
+    assert published(two.with_not_blind) == published(one)
+    assert published(two.with_from_prediction) > 2 * published(two)
 
 
 def test_every_figure_is_given_without_points_of_doubt_too(

@@ -1,8 +1,10 @@
 """Which of the files in a study are what the annotators say of one volume."""
 
+from annotations.agreement.consensus import propose
 from annotations.agreement.opinions import read_opinions
 from annotations.documents.annotation import new_annotation
 from annotations.documents.files import file_identity
+from annotations.documents.provenance import PredictionOrigin
 from annotations.documents.record import changed
 from annotations.documents.study import CONSENSUS, annotation_path
 from annotations.geometry.tool_library import shipped_tools
@@ -51,6 +53,25 @@ def test_an_id_with_signs_of_a_pattern_names_itself_alone(study: WrittenStudy) -
     study.add(document("ben"))
     (opinion,) = read_opinions(study.folder, "v[12]", "keypoints", FORCEPS)
     assert opinion.document.annotator == "anna"
+
+
+def test_what_was_begun_from_a_prediction_has_no_voice_beside_opinions_of_their_own(
+    study: WrittenStudy,
+) -> None:
+    origin = PredictionOrigin(path="p.json", checkpoint="Lean", sha256="0" * 64)
+    fresh = new_annotation(document("ben").volume, FORCEPS, "ben", "keypoints", ships=True)
+    study.add(document("anna", predicted_from=origin), document("carl", predicted_from=origin), fresh)
+    place = annotation_path(study.folder, CONSENSUS, "v1", "keypoints")
+
+    # Nobody has placed anything without it: what is made from it says so.
+    begun = propose(read_opinions(study.folder, "v1", "keypoints", FORCEPS)).contributions(place)
+    assert {each.annotator: each.predicted_from for each in begun} == {"anna": "Lean", "carl": "Lean"}
+
+    study.add(document("ben"))
+    own = propose(read_opinions(study.folder, "v1", "keypoints", FORCEPS))
+    assert [each.annotator for each in own.contributions(place)] == ["ben"]
+    assert own.contributions(place)[0].predicted_from is None
+    assert own.parts["k0"].used == ("ben",)
 
 
 def test_where_there_is_nothing_there_is_no_opinion(study: WrittenStudy) -> None:

@@ -24,7 +24,7 @@ from annotations.documents.edits import (
     set_status,
 )
 from annotations.documents.files import annotation_bytes, load_annotation, parse_annotation, save_annotation
-from annotations.documents.provenance import Derivation
+from annotations.documents.provenance import Derivation, PredictionOrigin
 from annotations.documents.record import changed
 from annotations.documents.representations import document_targets
 from annotations.fitting.evidence import document_points
@@ -59,6 +59,22 @@ def test_boxes_come_back_from_their_keypoints(by_boxes: Annotation, forceps: Too
             np.testing.assert_allclose(back.placed_boxes[link].center_um, box.center_um, rtol=0, atol=1e-9)
             np.testing.assert_allclose(back.placed_boxes[link].size_um, box.size_um, rtol=0, atol=1e-9)
             np.testing.assert_allclose(back.placed_boxes[link].axes, box.axes, rtol=0, atol=1e-9)
+
+
+def test_boxes_around_predicted_keypoints_say_where_these_came_from(
+    by_keypoints: Annotation, forceps: ToolSpecification
+) -> None:
+    origin = PredictionOrigin(path="../../predictions/Lean/v001.json", checkpoint="Lean", sha256="0" * 64)
+    begun = changed(by_keypoints, predicted_from=origin)
+    elsewhere = Path("study/annotations/anna/boxes/v001.boxes.json")
+
+    beside = boxes_of(begun, forceps)
+    below = to_boxes(begun, forceps, original=ORIGINAL, derived=elsewhere)
+
+    assert beside.predicted_from == origin
+    assert below.predicted_from == changed(origin, path="../../../predictions/Lean/v001.json")
+    assert keypoints_from(beside, forceps).predicted_from == origin
+    assert boxes_of(by_keypoints, forceps).predicted_from is None
 
 
 def test_a_conversion_leaves_the_targets_as_they_are(

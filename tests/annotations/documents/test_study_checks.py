@@ -321,6 +321,14 @@ def test_consensus_whose_sources_changed_or_went_is_stale(finished: Path, keep: 
     )
     keep("consensus", consensus_of=contributions)
     assert found(finished) == []
+    begun = (changed(contributions[0], predicted_from="Lean"), *contributions[1:])
+    keep("consensus", "v2", consensus_of=begun)
+    assert only(finished) == (
+        "annotations/consensus/v2.keypoints.json",
+        "note",
+        "it was made from anna's annotation, which was begun from a prediction of Lean",
+    )
+    annotation_path(finished, "consensus", "v2", "keypoints").unlink()
     document, identity = load_annotation(sources[0])
     save_annotation(
         place_keypoint(document, "tip", (0.0, 0.0, 0.0), "dragged"), sources[0], expected=identity

@@ -2,7 +2,12 @@ from typing import Any
 
 import pytest
 
-from annotations.agreement.report.cautions import factors_paragraph, mistakes_note, unequal_numbers_note
+from annotations.agreement.report.cautions import (
+    factors_paragraph,
+    from_prediction_note,
+    mistakes_note,
+    unequal_numbers_note,
+)
 from annotations.agreement.report.contents import Table
 from annotations.agreement.report.outline import outline
 from annotations.agreement.results import Agreement, VolumeResult
@@ -100,3 +105,17 @@ def test_volumes_of_different_numbers_of_annotators_are_told(plain: Agreement) -
         in (note.text)
     )
     assert unequal_numbers_note(with_numbers(plain, {3: 8})) is None
+
+
+def test_whose_work_was_begun_from_a_prediction_is_named_and_counted(plain: Agreement) -> None:
+    result = plain.methods["keypoints"]
+    people = tuple(changed(each, from_prediction=2 * place) for place, each in enumerate(result.annotators))
+    counts = changed(result.counts, from_prediction=6)
+    agreement = changed(plain, methods={"keypoints": changed(result, annotators=people, counts=counts)})
+
+    note = from_prediction_note(agreement)
+
+    assert note is not None
+    assert "By keypoints: 6 (ben 2 and chiara 4)." in note.text
+    assert note in outline(agreement, {}).sections[0].items
+    assert from_prediction_note(plain) is None

@@ -62,6 +62,22 @@ def test_who_is_left_out_as_not_blind_is_counted_by_person_where_there_is_one(ag
     assert "Not blind" not in annotators_table(agreement, "keypoints").columns
 
 
+def test_who_began_from_predictions_is_counted_by_person_and_the_figures_are_given_with_it(
+    agreement: Agreement,
+) -> None:
+    result = agreement.methods["keypoints"]
+    some = [changed(each, from_prediction=3 * place) for place, each in enumerate(result.annotators)]
+    begun = changed(agreement, methods={"keypoints": changed(result, annotators=tuple(some))})
+
+    table = annotators_table(begun, "keypoints")
+
+    assert [row[table.columns.index("From predictions")] for row in table.rows] == ["0", "3", "6"]
+    assert "begun from a network's prediction are left out" in table.caption
+    assert "From predictions" not in annotators_table(agreement, "keypoints").columns
+    [selections] = [each for each in outline(agreement, {}).sections if each.anchor == "selections"]
+    assert any("begun from a network's prediction" in item.caption for item in selections.items)  # type: ignore[union-attr]
+
+
 def test_the_spread_of_an_annotator_is_that_around_the_bias(agreement: Agreement) -> None:
     table = scatter_table(agreement, "boxes")
 
