@@ -110,8 +110,7 @@ class LiveProjections(QWidget):
     def _paint_pane(self, painter: QPainter, pane: Pane, frame: LiveFrame) -> None:
         assert self._limits is not None
         assert self._tool is not None
-        # Predicted places just outside of what the network sees are drawn in the gap. In whole pixels: anything
-        # else takes three times as long.
+        # Predicted places just outside of what the network sees are drawn in the gap.
         half = _GAP_PX / 2
         painter.setClipRect(pane.area.adjusted(-half, -half, half, half).toAlignedRect())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)

@@ -52,6 +52,7 @@ class LiveReadings(QWidget):
         for old in (self._pose, self._confidence):
             self._column.removeWidget(old)
             old.deleteLater()
+        self._values = {name: value for name, value in self._values.items() if value.parent() is self._speed}
         self._pose = _grid(QWidget(), "Pose")
         if tool.targets.position is not None:
             self._add_row(self._pose, "position", "Position", "In the volume's frame, along x, y and z")

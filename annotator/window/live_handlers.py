@@ -32,6 +32,11 @@ class LiveHandlers:
         """Return the handlers by the names of their actions."""
         return {"live_view": self._show}
 
+    def close(self) -> None:
+        """Close the live view, which ends the network's process."""
+        if self._shown is not None:
+            self._shown.close()
+
     def _show(self) -> None:
         from annotator.dialogs.live_window import LiveWindow  # late: few have a scanner
 
@@ -39,5 +44,4 @@ class LiveHandlers:
             self._shown = LiveWindow(self._session, self._window)
             self._shown.action_requested.connect(self._trigger)
         self._shown.show()
-        self._shown.raise_()
         self._shown.activateWindow()

@@ -130,6 +130,7 @@ class MainWindow(QMainWindow):
         self._parts = WindowHandlers(
             session, settings, self.questions, self, self.four_up, self._docks, log_path
         )
+        self._live = LiveHandlers(session, self, self._on_predictions_action_requested)
         annotating = AnnotateHandlers(session, settings, self.questions, lambda: self.four_up.used_axis, self)
         agreement = AgreementHandlers(session, self.questions, self, self._docks["agreement"])
         self.actions_by_name = ActionSet(
@@ -141,7 +142,7 @@ class MainWindow(QMainWindow):
                 **ConsensusHandlers(session, self.questions, self, self._docks["consensus"]).by_name(),
                 **ToolsHandlers(session).by_name(),
                 **PredictionHandlers(session, self.questions, self, self._worklist).by_name(),
-                **LiveHandlers(session, self, self._on_predictions_action_requested).by_name(),
+                **self._live.by_name(),
                 **ReviewHandlers(session, self.questions, self, self._docks["predictions"]).by_name(),
                 **self._looks.by_name(),
                 **self._parts.by_name(),
@@ -233,6 +234,7 @@ class MainWindow(QMainWindow):
             return
         self._display_memory.write()
         self._parts.write_layout()
+        self._live.close()
         self.session.close_volume()
         self.fetcher.close()
         self.scene.shut_down()
