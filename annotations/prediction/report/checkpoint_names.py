@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from annotations.prediction.error_table import ErrorTable
+from annotations.prediction.prediction import CheckpointReference
 
 _NAMELESS = "no checkpoint"
 _FIRST_LETTERS = 8
@@ -12,13 +13,16 @@ _FIRST_LETTERS = 8
 def checkpoint_names(tables: Sequence[ErrorTable]) -> tuple[str, ...]:
     """Return a name for each table's checkpoint, no two alike.
 
-    Two checkpoints of the same name are told apart by the first letters of their SHA-256.
+    Two checkpoints of the same name are told apart by the first letters of their SHA-256, and those that have
+    none, since nothing was judged, by their number.
     """
-    names = [_NAMELESS if table.checkpoint is None else table.checkpoint.name for table in tables]
-    counts = Counter(names)
+    named = [(_NAMELESS, "") if table.checkpoint is None else _of(table.checkpoint) for table in tables]
+    counts = Counter(name for name, _ in named)
     return tuple(
-        name
-        if counts[name] == 1 or table.checkpoint is None
-        else f"{name} ({table.checkpoint.sha256[:_FIRST_LETTERS]})"
-        for name, table in zip(names, tables, strict=True)
+        name if counts[name] == 1 else f"{name} ({sha256[:_FIRST_LETTERS] or number})"
+        for number, (name, sha256) in enumerate(named, start=1)
     )
+
+
+def _of(checkpoint: CheckpointReference) -> tuple[str, str]:
+    return checkpoint.name, checkpoint.sha256

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from annotations.cli import main
+from annotations.cli import evaluate, main
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
 from annotations.documents.study import annotation_path, load_study
 from annotations.prediction.checkpoint_description import TrainingSummary
+from annotations.prediction.report.file_names import REPORT_NAMES
 from tests.annotations.prediction.known_keypoints import COARSE, described, heatmaps_of, save_knowing
 
 SETTINGS = """
@@ -64,6 +65,71 @@ def test_everything_for_programs(
     assert (written["split"], first["volume"], second["volume"]) == ("all", "v001", "v002")
     assert first["targets"]["position_mm"] < 0.02 < second["targets"]["position_mm"]
     assert printed["errors"]["rows"] == written["errors"]["rows"]
+
+
+def test_the_report_has_the_figures_of_the_command(
+    checkpoint: Path, study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report, output = tmp_path / "report", tmp_path / "errors.json"
+
+    arguments = ["evaluate", str(checkpoint), str(study), "--report", str(report), "--json", str(output)]
+    assert main(arguments) == 0
+
+    assert sorted(path.name for path in report.iterdir()) == sorted(REPORT_NAMES.values())
+    assert (report / "errors.txt").read_text() == capsys.readouterr().out
+    of_command = json.loads(output.read_text())["errors"]
+    [of_report] = json.loads((report / "errors.json").read_text())["checkpoints"]
+    assert of_report["errors"]["rows"] == of_command["rows"]
+    assert of_report["errors"]["by_formulas"] == of_command["by_formulas"]
+
+
+def test_where_no_report_can_be_written_nothing_is_predicted(
+    checkpoint: Path, study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "report" / "errors-csv").mkdir(parents=True)
+    (tmp_path / "report" / "errors-csv" / "thesis.tex").write_text("years of work")
+    monkeypatch.setattr(evaluate, "evaluate_study", lambda *_args, **_options: pytest.fail("predicted"))
+
+    assert main(["evaluate", str(checkpoint), str(study), "--report", str(tmp_path / "report")]) == 1
+
+
+def test_several_checkpoints_stand_side_by_side(
+    checkpoint: Path, study: Path, tmp_path: Path, truth_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other_truth = annotation_path(study, "truth", "v002", "keypoints")
+    other = saved(tmp_path / "other.onnx", other_truth)
+    assert main(["evaluate", str(checkpoint), str(study), "--against", str(other), "--json"]) == 0
+    [against] = (fields := json.loads(capsys.readouterr().out))["against"]
+
+    assert main(["evaluate", str(checkpoint), str(study), "--against", str(other)]) == 0
+
+    words = capsys.readouterr().out
+    assert "Checkpoints on the same 2 volumes" in words
+    near, far = (each["targets"]["position_mm"] for each in fields["errors"]["rows"])
+    assert near < 0.02 < far
+    far, near = (each["targets"]["position_mm"] for each in against["rows"])
+    assert near < 0.02 < far
+
+
+def test_kept_predictions_are_taken_unless_they_are_to_be_made_anew(
+    checkpoint: Path, study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", str(checkpoint), "--study", str(study)]) == 0
+    [kept] = study.glob("predictions/*/v001.json")
+    capsys.readouterr()
+
+    def position_mm(*options: str) -> float:
+        assert main(["evaluate", str(checkpoint), str(study), "--json", *options]) == 0
+        error: float = json.loads(capsys.readouterr().out)["errors"]["rows"][0]["targets"]["position_mm"]
+        return error
+
+    assert position_mm() == position_mm("--anew")
+    fields = json.loads(kept.read_text())
+    for keypoint in fields["keypoints"]:
+        keypoint["position_um"][0] += 1000.0
+    kept.write_text(json.dumps(fields))
+    assert position_mm() == pytest.approx(1.0, abs=0.05)
+    assert position_mm("--anew") < 0.02
 
 
 def test_volumes_of_the_training_can_be_left_out(
