@@ -15,7 +15,8 @@ _DECIMALS_UM = 3
 
 def depth_um(truth_um: Mapping[str, Vector], depth_axis: int) -> float | None:
     """Return the mean of keypoints' positions in µm along the axis of the light; None where there is none."""
-    return float(np.mean([each[depth_axis] for each in truth_um.values()])) if truth_um else None
+    depths_um = [position_um[depth_axis] for position_um in truth_um.values()]
+    return sum(depths_um) / len(depths_um) if depths_um else None
 
 
 def visible_share(

@@ -1,5 +1,6 @@
 """The errors of one checkpoint, volume by volume and over all, beside how far people are apart themselves."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -11,7 +12,7 @@ from pydantic import Field
 from annotations import __version__
 from annotations.agreement.deviation import Deviations
 from annotations.documents.record import Method, Moment, Record, now
-from annotations.geometry.frames import Vector
+from annotations.geometry.frames import Vector, um_to_voxel
 from annotations.geometry.targets import target_arrays
 from annotations.geometry.tool import ToolSpecification
 from annotations.prediction.circumstances import depth_um, truth_sha256, visible_share
@@ -226,8 +227,10 @@ def error_table(
     by_formulas = prediction_errors(predicted_um, true_um, tool, is_in_range)
     by_fit = prediction_errors(fitted_um, true_um, tool, is_in_range)
     angles_deg = target_arrays(true_um, tool).angles_deg
+    is_outside = _is_outside(true_um, judged)
     rows = tuple(
-        _row(each, place, by_formulas, by_fit, angles_deg, tool) for place, each in enumerate(judged)
+        _row(each, place, by_formulas, by_fit, angles_deg, is_outside, tool)
+        for place, each in enumerate(judged)
     )
     known = sum(len(each.truth_um) for each in judged)
 
@@ -288,11 +291,12 @@ def _row(
     by_formulas: PredictionErrors,
     by_fit: PredictionErrors,
     true_angles_deg: Mapping[str, NDArray[np.float64]],
+    is_outside: NDArray[np.bool_],
     tool: ToolSpecification,
 ) -> ErrorsOfVolume:
     prediction, names = judged.prediction, tool.keypoint_names
     spreads_um = (
-        float(np.linalg.norm(each.confidence.spread_um))
+        math.hypot(*each.confidence.spread_um)
         for each in prediction.keypoints
         if each.position_um is not None
     )
@@ -305,11 +309,7 @@ def _row(
         keypoints_by_fit_um=_known(dict(zip(names, by_fit.keypoints_um[place], strict=True))),
         missing=_chosen(names, by_formulas.keypoints_missing[place]),
         rightly_out_of_range=_chosen(names, by_formulas.keypoints_rightly_absent[place]),
-        out_of_view=tuple(
-            name
-            for name in names
-            if name in judged.truth_um and not prediction.volume.contains(judged.truth_um[name])
-        ),
+        out_of_view=_chosen(names, is_outside[place]),
         presence=min((each.confidence.presence for each in prediction.keypoints), default=0.0),
         spread_um=max(spreads_um, default=None),
         residual_um=None if prediction.pose is None else prediction.pose.rms_um,
@@ -319,6 +319,14 @@ def _row(
         visible_share=visible_share(judged.truth_um, tool, prediction.volume),
         annotation_sha256=truth_sha256(judged.truth_um),
     )
+
+
+def _is_outside(true_um: NDArray[np.float64], judged: Sequence[JudgedPrediction]) -> NDArray[np.bool_]:
+    """Return which of the true keypoints, (V, K, 3), lie outside of their volumes, (V, K), all at once."""
+    shapes = np.array([each.prediction.volume.shape for each in judged], dtype=np.float64).reshape(-1, 1, 3)
+    spacings_um = np.array([each.prediction.volume.spacing_um for each in judged], dtype=np.float64)
+    index = um_to_voxel(true_um, spacings_um.reshape(-1, 1, 3))
+    return np.asarray(((index < -0.5) | (index > shapes - 0.5)).any(axis=-1), dtype=np.bool_)
 
 
 def _chosen(names: Sequence[str], is_chosen: NDArray[np.bool_]) -> tuple[str, ...]:

@@ -1,10 +1,9 @@
 """What a checkpoint predicted in a study against what its people say, and against how far they are apart."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-
-import numpy as np
 
 from annotations.app_folders import tool_folder
 from annotations.documents.annotation import Annotation
@@ -321,7 +320,8 @@ def _why_not(prediction: Prediction, truth: VolumeTruth, tool: ToolSpecification
         return f"the checkpoint's tool {prediction.tool!r} has {unknown[0]!r}, and the study's has not"
     if seen.fingerprint != annotated.fingerprint:
         return f"what was predicted is not what {truth.whose} annotated (the fingerprints differ)"
-    if not np.allclose(seen.spacing_um, annotated.spacing_um, rtol=_SAME_SPACING, atol=0):
+    spacings_um = zip(seen.spacing_um, annotated.spacing_um, strict=True)
+    if not all(math.isclose(one, other, rel_tol=_SAME_SPACING) for one, other in spacings_um):
         return (
             f"it was predicted with the spacing {seen.spacing_um} µm, and annotated with "
             f"{annotated.spacing_um} µm"
