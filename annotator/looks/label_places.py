@@ -58,8 +58,9 @@ def label_areas(
             label_area(marks.adjusted(-away, -away, away, away), width_px, height_px, covered, picture)
             for away in _STEPS_PX
         ]
-        free = (area for area in areas if not any(area.intersects(other) for other in covered))
-        made.append(next((area for area in free if picture.contains(area)), areas[0]))
+        seen = [area for area in areas if picture.contains(area)]
+        free = (area for area in seen if not any(area.intersects(other) for other in covered))
+        made.append(next(free, (seen or areas)[0]))
         covered.append(made[-1])
     return made
 

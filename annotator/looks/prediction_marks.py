@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF, Qt
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
 RING_RADIUS_PX = 12.5
@@ -21,7 +21,13 @@ _GROUND = QColor(0, 0, 0, 150)
 _INK = QColor("#f4f6f8")
 _SIGN_PX = 20.0
 _PADDING_PX = 4.0
+_MARGIN_PX = 5.0
+_LARGEST_LEGEND, _FEWEST_ENTRIES = 0.22, 2
+"""Of the height of a picture, and how many are written at least."""
 _CLOUD_OPACITIES = (0.3, 0.5)
+
+Entry = tuple[str, str]
+"""A sign, as `annotator.session.drawn_prediction.Sign`, and its meaning."""
 
 
 @dataclass(frozen=True)
@@ -89,25 +95,36 @@ def covered(places: Sequence[tuple[float, float]]) -> QRectF:
     return QRectF(left, top, right - left, bottom - top)
 
 
-def legend_size(entries: Sequence[tuple[str, str]], font: QFont, longest_px: float) -> QSizeF:
-    """Return the size of a legend, in Qt's pixels, that is not wider than it may be."""
+def legend_place(
+    entries: Sequence[Entry], font: QFont, picture: QRectF, *, at_top: bool = True
+) -> tuple[Sequence[Entry], QRectF]:
+    """Return which entries of a legend have room in a corner at the left, and what of the picture they take.
+
+    Parameters
+    ----------
+    entries : sequence of (str, str)
+        The first ones are kept where there is not room for all.
+    """
+    line_px = _line_px(font)
+    kept = entries[: max(_FEWEST_ENTRIES, int(_LARGEST_LEGEND * picture.height() / line_px))]
     metrics = QFontMetricsF(font)
-    widest = max((metrics.horizontalAdvance(text) for _, text in entries), default=0.0)
-    width = min(_SIGN_PX + widest + 3 * _PADDING_PX, longest_px)
-    return QSizeF(width, len(entries) * _line_px(font) + 2 * _PADDING_PX)
+    widest = max((metrics.horizontalAdvance(text) for _, text in kept), default=0.0)
+    width = min(_SIGN_PX + widest + 3 * _PADDING_PX + 1, picture.width() - 2 * _MARGIN_PX)
+    height = len(kept) * line_px + 2 * _PADDING_PX if kept else 0.0
+    top = picture.top() + _MARGIN_PX if at_top else picture.bottom() - _MARGIN_PX - height
+    return kept, QRectF(picture.left() + _MARGIN_PX, top, width, height)
 
 
 def paint_legend(
-    painter: QPainter, area: QRectF, entries: Sequence[tuple[str, str]], look: ReviewLook, font: QFont
+    painter: QPainter, area: QRectF, entries: Sequence[Entry], look: ReviewLook, font: QFont
 ) -> None:
     """Write what each sign stands for; what is too long loses its middle.
 
     Parameters
     ----------
     area : QRectF
-        Of the size that `legend_size` has told.
+        As `legend_place` has told.
     entries : sequence of (str, str)
-        Signs, as `annotator.session.drawn_prediction.Sign`, and their meanings.
     """
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setPen(Qt.PenStyle.NoPen)

@@ -25,11 +25,34 @@ class KeypointsLayer:
     def __init__(self, renderer: vtk.vtkRenderer) -> None:
         self._renderer = renderer
         self._drawn: dict[str, _DrawnKeypoint] = {}
-        self._shown: tuple[tuple[KeypointMark, ...], Picture, QFont, bool] | None = None
+        self._shown: object = None
+        self._named: tuple[QRectF, ...] = ()
 
-    def show(self, marks: Sequence[KeypointMark], picture: Picture, font: QFont, *, names: bool) -> None:
-        """Draw these keypoints and no others."""
-        wanted = (tuple(marks), picture, font, names)
+    @property
+    def named(self) -> tuple[QRectF, ...]:
+        """Where names stand, in Qt's pixels."""
+        return self._named
+
+    def show(
+        self,
+        marks: Sequence[KeypointMark],
+        picture: Picture,
+        font: QFont,
+        *,
+        names: bool,
+        clear_px: float = SPHERE_PX / 2,
+        unnamed: frozenset[str] = frozenset(),
+    ) -> None:
+        """Draw these keypoints and no others, with their names.
+
+        Parameters
+        ----------
+        clear_px : float
+            How far from a keypoint's middle a name is at least.
+        unnamed : frozenset of str
+            The keypoints that are named otherwise.
+        """
+        wanted = (tuple(marks), picture, font, names, clear_px, unnamed)
         if wanted == self._shown:
             return
         self._shown = wanted
@@ -37,7 +60,7 @@ class KeypointsLayer:
             for sprite in self._drawn.pop(name).sprites:
                 self._renderer.RemoveViewProp(sprite.actor)
         places = picture.project([mark.position_um for mark in marks])
-        markers = [_marker_place(mark, place) for mark, place in zip(marks, places, strict=True)]
+        markers = [_marker_place(mark, place, clear_px) for mark, place in zip(marks, places, strict=True)]
         taken: list[QRectF] = []
         # The farthest first; what has a higher layer number is drawn later.
         for layer, index in enumerate(np.argsort(-places[:, 2])):
@@ -47,11 +70,12 @@ class KeypointsLayer:
                 for sprite in self._drawn[mark.name].sprites:
                     self._renderer.AddViewProp(sprite.actor)
             label = None
-            if names and not np.isnan(place).any():
+            if names and mark.name not in unnamed and not np.isnan(place).any():
                 size_px = text_size_px(_text(mark), font)
                 label = label_place(markers[index], size_px, [*markers, *taken])
                 taken.append(label)
             self._drawn[mark.name].show(mark, place, label, layer, picture, font)
+        self._named = tuple(taken)
 
 
 class _DrawnKeypoint:
@@ -199,11 +223,11 @@ def _text(mark: KeypointMark) -> str:
     return mark.text + (" …" if mark.preview else "")
 
 
-def _marker_place(mark: KeypointMark, place: Sequence[float]) -> QRectF:
-    """Return what a marker covers; nothing where its keypoint is behind the eye."""
+def _marker_place(mark: KeypointMark, place: Sequence[float], clear_px: float) -> QRectF:
+    """Return what a marker covers, or is to be clear; nothing where its keypoint is behind the eye."""
     if np.isnan(place).any():
         return QRectF()
-    size_px = SPHERE_PX + (2 * _RING_PX if mark.active else 0)
+    size_px = max(SPHERE_PX + (2 * _RING_PX if mark.active else 0), 2 * clear_px)
     return QRectF(place[0] - size_px / 2, place[1] - size_px / 2, size_px, size_px)
 
 

@@ -14,10 +14,11 @@ from annotator.looks.prediction_marks import (
     LINE_WIDTH_PX,
     REVIEW_LOOKS,
     RING_RADIUS_PX,
+    Entry,
     ReviewLook,
     covered,
     label_text,
-    legend_size,
+    legend_place,
     paint_legend,
     paint_prediction,
     paint_truth,
@@ -28,11 +29,10 @@ from annotator.scene.picking import Picture
 from annotator.scene.pictures import ABOVE, BENEATH, Drawn, Pictures
 from annotator.scene.segments import Segment, Segments
 from annotator.scene.sprites import blank, text_picture, text_size_px
-from annotator.session.drawn_prediction import DrawnPrediction, Sign
+from annotator.session.drawn_prediction import DrawnPrediction
 from annotator.session.solids import Solid
 
 _MARK_PX = 2 * RING_RADIUS_PX + 6
-_MARGIN_PX = 6.0
 _NOTHING = DrawnPrediction("green_red")
 
 _PaintMark = Callable[[QPainter, QPointF, QColor], None]
@@ -51,17 +51,19 @@ class PredictionLayer:
         self._crosses = Pictures(renderer, ABOVE)
         self._labels = Pictures(renderer, ABOVE)
         self._legend = Pictures(renderer, ABOVE)
-        self._shown: tuple[DrawnPrediction, Picture, QFont] | None = None
+        self._shown: tuple[DrawnPrediction, Picture, QFont, Sequence[QRectF]] | None = None
 
     @property
     def actors(self) -> tuple[vtk.vtkActor, ...]:
         """What has a place in space."""
         return (*self._heatmaps.actors, self._lines.actor)
 
-    def show(self, prediction: DrawnPrediction | None, picture: Picture, font: QFont) -> None:
-        """Draw what is left of a prediction, or nothing."""
+    def show(
+        self, prediction: DrawnPrediction | None, picture: Picture, font: QFont, taken: Sequence[QRectF] = ()
+    ) -> None:
+        """Draw what is left of a prediction, or nothing; no words stand where it is ``taken``."""
         drawn = prediction or _NOTHING
-        wanted = (drawn, picture, font)
+        wanted = (drawn, picture, font, taken)
         if wanted == self._shown:
             return
         self._shown = wanted
@@ -74,9 +76,11 @@ class PredictionLayer:
         self._rings.show([_mark(place, paint_truth, look.truth, ratio) for place in rings], picture)
         over = [_mark(place, paint_prediction, look.prediction, ratio) for place in crosses]
         is_anew = self._crosses.show(over, picture)
-        labels = list(_labels(drawn, [covered([place]) for place in (*rings, *crosses)], picture, font))
+        entries, area = legend_place(drawn.legend, font, QRectF(0, 0, picture.width_px, picture.height_px))
+        marked = (covered([place]) for place in (*rings, *crosses))
+        labels = list(_labels(drawn, [*taken, *marked, area], picture, font))
         is_anew = self._labels.show(labels, picture, raised=is_anew)
-        self._legend.show(list(_legend(drawn.legend, look, picture, font)), picture, raised=is_anew)
+        self._legend.show(list(_legend(entries, area, look, font, ratio)), picture, raised=is_anew)
 
 
 def review_solids(prediction: DrawnPrediction) -> tuple[Solid, ...]:
@@ -105,7 +109,7 @@ def mark_picture(paint: _PaintMark, color: QColor, ratio: float) -> QImage:
 
 
 def _labels(
-    drawn: DrawnPrediction, marks: Sequence[QRectF], picture: Picture, font: QFont
+    drawn: DrawnPrediction, taken: Sequence[QRectF], picture: Picture, font: QFont
 ) -> Iterator[Drawn]:
     """Yield the names and distances that stand beside marks in sight."""
     whole = QRectF(0, 0, picture.width_px, picture.height_px)
@@ -116,27 +120,24 @@ def _labels(
             text = label_text(label.name, label.distance_um)
             texts.append(text)
             wanted.append((covered(places), *text_size_px(text, font)))
-    for text, area in zip(texts, label_areas(wanted, marks, whole), strict=True):
+    for text, area in zip(texts, label_areas(wanted, taken, whole), strict=True):
         key = (text, font.key(), picture.ratio)
         yield key, partial(text_picture, text, font, TEXT, picture.ratio), (area.left(), area.top())
 
 
 def _legend(
-    entries: Sequence[tuple[Sign, str]], look: ReviewLook, picture: Picture, font: QFont
+    entries: Sequence[Entry], area: QRectF, look: ReviewLook, font: QFont, ratio: float
 ) -> Iterator[Drawn]:
     if entries:
-        longest_px = picture.width_px - 2 * _MARGIN_PX
-        key = (tuple(entries), look.prediction.rgba(), font.key(), picture.ratio, longest_px)
-        paint = partial(legend_picture, entries, look, font, longest_px, picture.ratio)
-        yield key, paint, (_MARGIN_PX, _MARGIN_PX)
+        key = (tuple(entries), look.prediction.rgba(), font.key(), ratio, area.width())
+        yield key, partial(legend_picture, entries, area, look, font, ratio), (area.left(), area.top())
 
 
 def legend_picture(
-    entries: Sequence[tuple[Sign, str]], look: ReviewLook, font: QFont, longest_px: float, ratio: float
+    entries: Sequence[Entry], area: QRectF, look: ReviewLook, font: QFont, ratio: float
 ) -> QImage:
     """Paint what the signs mean."""
-    size = legend_size(entries, font, longest_px)
-    image = blank(size.width(), size.height(), ratio)
+    image = blank(area.width(), area.height(), ratio)
     with QPainter(image) as painter:
-        paint_legend(painter, QRectF(QPointF(), size), entries, look, font)
+        paint_legend(painter, QRectF(QPointF(), area.size()), entries, look, font)
     return image

@@ -14,13 +14,14 @@ from PySide6.QtWidgets import QWidget
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.volumes import Level
+from annotator.looks.prediction_marks import RING_RADIUS_PX
 from annotator.scene.axes_layer import AxesLayer
 from annotator.scene.canvas import Canvas
 from annotator.scene.handles_layer import HandlesLayer
 from annotator.scene.keypoints_layer import KeypointsLayer
 from annotator.scene.links_layer import LinksLayer
 from annotator.scene.others_layer import OthersLayer
-from annotator.scene.picking import Picture
+from annotator.scene.picking import SPHERE_PX, Picture
 from annotator.scene.planes_layer import PlanesLayer, PlanesLook, SlicesLayer, SlicesLook
 from annotator.scene.prediction_layer import PredictionLayer, review_solids
 from annotator.scene.renderers import Renderers, is_software
@@ -151,15 +152,24 @@ class Stage:
         positions_um = {mark.name: mark.position_um for mark in look.marks}
         self._links.show_links(look.tool if "links" in shown else None, positions_um, ratio)
         self._links.show_ray(view.preview.ray if view.preview else None, box_um, ratio)
-        predicted = review_solids(look.prediction) if look.prediction is not None else ()
-        self._solids.show((*look.solids, *predicted), picture.camera, ratio)
+        solids = review_solids(look.prediction) if look.prediction is not None else ()
+        self._solids.show((*look.solids, *solids), picture.camera, ratio)
         self._others.show(look.others, look.differences, picture, font, look.unnamed)
-        self._prediction.show(look.prediction, picture, font)
         axes = "axes" in shown and box_um is not None
         self._axes.show_outlines(box_um if axes else None, view.cropping_um, ratio)
         self._axes.show_triad(picture, font, visible=axes)
         self._scale_bar.show(picture, font, visible="scale_bar" in shown and box_um is not None)
-        self._keypoints.show(look.marks, picture, font, names="names" in shown)
+        predicted = look.prediction
+        self._keypoints.show(
+            look.marks,
+            picture,
+            font,
+            names="names" in shown,
+            # Clear of the rings that a prediction draws around keypoints.
+            clear_px=SPHERE_PX / 2 if predicted is None else RING_RADIUS_PX,
+            unnamed=frozenset() if predicted is None else predicted.named,
+        )
+        self._prediction.show(predicted, picture, font, self._keypoints.named)
         self._handles.show(look.handles, picture, look.pointed)
 
 

@@ -1,6 +1,6 @@
 """What the layers leave of a prediction, for all views alike: no painting."""
 
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -53,13 +53,16 @@ class DrawnPrediction:
     lines_um : tuple of ((float, float, float), (float, float, float))
         From the truth to the prediction.
     labels : tuple of PairLabel
+    named : frozenset of str
+        The keypoints that these labels name in place of one's own marks: two ends at a joint lie together,
+        and a distance is to be told from the other one.
     solids : tuple of Solid
         In the colours of their links.
     heatmaps : VolumeHeatmaps or None
     clouds : tuple of str
         The keypoints whose heatmaps are drawn.
     legend : tuple of (str, str)
-        What stands for what: a sign, and its meaning in words.
+        What stands for what: a sign, and its meaning in words; first what cannot be guessed.
     """
 
     colors: ReviewColors
@@ -67,6 +70,7 @@ class DrawnPrediction:
     predicted_um: tuple[Vector, ...] = ()
     lines_um: tuple[tuple[Vector, Vector], ...] = ()
     labels: tuple[PairLabel, ...] = ()
+    named: frozenset[str] = frozenset()
     solids: tuple[Solid, ...] = ()
     heatmaps: "VolumeHeatmaps | None" = None
     clouds: tuple[str, ...] = ()
@@ -87,7 +91,7 @@ class DrawnPrediction:
 
 
 def drawn_prediction(
-    shown: ShownPrediction | None, view: View, tool: ToolSpecification | None, named: Container[str]
+    shown: ShownPrediction | None, view: View, tool: ToolSpecification | None, own_um: Mapping[str, Vector]
 ) -> DrawnPrediction | None:
     """Return what is drawn of a prediction under a view; None where nothing is.
 
@@ -96,19 +100,22 @@ def drawn_prediction(
     shown : ShownPrediction or None
     view : View
     tool : ToolSpecification or None
-    named : container of str
-        The keypoints that have a mark of their own, which names them.
+    own_um : mapping of str to (float, float, float)
+        The keypoints that have a mark of their own.
     """
     if shown is None or view.overlays_hidden or "prediction" not in view.layers:
         return None
     layers, pairs = view.layers, shown.pairs
     clouds = _clouds(shown, view.active_part, tool) if "heatmaps" in layers else ()
+    is_told = {"names", "distances"} <= layers
+    named = frozenset(pair.name for pair in pairs if is_told and _is_own(pair, own_um))
     drawn = DrawnPrediction(
         colors=view.review_colors,
         true_um=_known(pair.true_um for pair in pairs) if "truth" in layers else (),
         predicted_um=_known(pair.predicted_um for pair in pairs),
         lines_um=tuple(_ends(pairs)) if "errors" in layers else (),
-        labels=tuple(_labels(pairs, view, named)),
+        labels=tuple(_labels(pairs, view, own_um, named)),
+        named=named,
         solids=shown.solids if "predicted_tool" in layers else (),
         heatmaps=shown.heatmaps if clouds else None,
         clouds=clouds,
@@ -126,11 +133,19 @@ def _clouds(shown: ShownPrediction, active: str | None, tool: ToolSpecification 
     return tuple(name for name in names if name in wanted) or names
 
 
-def _labels(pairs: Iterable[KeypointPair], view: View, named: Container[str]) -> Iterator[PairLabel]:
+def _is_own(pair: KeypointPair, own_um: Mapping[str, Vector]) -> bool:
+    """Say whether it is one's own mark from which a prediction is off."""
+    return pair.distance_um is not None and pair.true_um == own_um.get(pair.name)
+
+
+def _labels(
+    pairs: Iterable[KeypointPair], view: View, own_um: Mapping[str, Vector], named: frozenset[str]
+) -> Iterator[PairLabel]:
     for pair in pairs:
         seen_true_um = pair.true_um if view.layers & {"truth", "errors"} else None
         places_um = _known((pair.predicted_um, seen_true_um))
-        name = pair.name if "names" in view.layers and pair.name not in named else ""
+        is_nameless = pair.name in named or pair.name not in own_um
+        name = pair.name if "names" in view.layers and is_nameless else ""
         distance_um = pair.distance_um if "distances" in view.layers else None
         if places_um and (name or distance_um is not None):
             yield PairLabel(name, distance_um, places_um)
@@ -140,13 +155,13 @@ def _legend(drawn: DrawnPrediction, shown: ShownPrediction) -> Iterator[tuple[Si
     if drawn.true_um:
         yield "truth", f"truth ({shown.whose})" if shown.whose else "truth"
     yield "prediction", f"prediction ({shown.checkpoint})"
+    if drawn.clouds:
+        whose = f"{', '.join(drawn.clouds)}: " if len(drawn.clouds) <= _FEW else ""
+        yield "cloud", f"heatmap, {whose}50 % and 95 % within"
     if drawn.lines_um:
         yield "error", "from truth to prediction"
     if drawn.solids:
         yield "tool", "predicted tool"
-    if drawn.clouds:
-        whose = f"{', '.join(drawn.clouds)}: " if len(drawn.clouds) <= _FEW else ""
-        yield "cloud", f"heatmap, {whose}50 % and 95 % within"
 
 
 def _known(positions_um: Iterable[Vector | None]) -> tuple[Vector, ...]:

@@ -217,12 +217,7 @@ class PredictionOverlay(QObject):
         process = self._process(checkpoint)
         self._heating = self._session.jobs.start(
             "Computing the heatmaps",
-            lambda _progress, cancelled: process.heatmaps(
-                opened.volume.path,
-                dataset=opened.volume.dataset,
-                spacing_um=opened.spacing_um,
-                cancelled=cancelled,
-            ),
+            lambda _progress, cancelled: _heatmaps(process, opened, cancelled),
             done=self._on_job_heated,
             failed=self._on_job_heating_failed,
             cancelled=self._on_job_heating_cancelled,
@@ -297,6 +292,20 @@ class PredictionOverlay(QObject):
         """Draw what speaks for the volume as it is on its way."""
         if self._is_shown and self._is_live:
             self._announce()
+
+
+def _heatmaps(
+    process: "InferenceProcess", opened: OpenVolume, cancelled: Callable[[], bool]
+) -> "VolumeHeatmaps":
+    from annotations.prediction.heatmap_cloud import heatmap_cloud  # late: few sessions predict
+
+    heatmaps = process.heatmaps(
+        opened.volume.path, dataset=opened.volume.dataset, spacing_um=opened.spacing_um, cancelled=cancelled
+    )
+    # Kept there: whoever draws them does not wait.
+    for name in heatmaps.names:
+        heatmap_cloud(heatmaps, name)
+    return heatmaps
 
 
 def _not_for_it(checkpoint: "Checkpoint", unfitness: str) -> str:

@@ -90,9 +90,10 @@ class AnnotationLayer:
         paint_outlines(painter, self._shown_outlines(viewport), names=names, posing=view.mode == "pose")
         if "links" in view.layers and tool is not None:
             paint_links(painter, viewport, self._index, tool, self._session.shown_positions_um())
-        paint_marks(painter, self._shown_marks(), names=names)
+        unnamed = prediction.named if prediction is not None else frozenset()
+        named = paint_marks(painter, self._shown_marks(), names=names, unnamed=unnamed)
         if prediction is not None:
-            prediction.paint_above(painter)
+            prediction.paint_above(painter, named)
             if view.maximized is not None:
                 # Otherwise the scene says it.
                 prediction.paint_legend(painter)

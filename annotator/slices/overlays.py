@@ -1,6 +1,6 @@
 """Draws keypoints and links over a slice."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPen
@@ -66,8 +66,17 @@ def split_at_plane(
     return part(enter, leave), part(0.0, enter) + part(leave, 1.0)
 
 
-def paint_marks(painter: QPainter, shown: Iterable[Mark], *, names: bool) -> None:
-    """Draw keypoints, the active one above all others."""
+def paint_marks(
+    painter: QPainter, shown: Iterable[Mark], *, names: bool, unnamed: Container[str] = ()
+) -> list[QRectF]:
+    """Draw keypoints, the active one above all others, and return where their names stand.
+
+    Parameters
+    ----------
+    unnamed : container of str
+        The keypoints that are named otherwise.
+    """
+    named = []
     for mark in sorted(shown, key=lambda one: (one.active, one.nearness)):
         painter.setOpacity(FAR_OPACITY + (1 - FAR_OPACITY) * mark.nearness if not mark.active else 1.0)
         if mark.preview:
@@ -78,9 +87,10 @@ def paint_marks(painter: QPainter, shown: Iterable[Mark], *, names: bool) -> Non
             _paint_far(painter, mark)
         if mark.locked:
             _paint_lock(painter, mark)
-        if names:
-            _paint_name(painter, mark)
+        if names and mark.name not in unnamed:
+            named.append(_paint_name(painter, mark))
     painter.setOpacity(1.0)
+    return named
 
 
 def _paint_way(painter: QPainter, mark: Mark) -> None:
@@ -142,17 +152,18 @@ def _paint_lock(painter: QPainter, mark: Mark) -> None:
     painter.drawArc(QRectF(body.left() + 1.5, body.top() - 3.5, 4.0, 7.0), 0, 180 * 16)
 
 
-def _paint_name(painter: QPainter, mark: Mark) -> None:
+def _paint_name(painter: QPainter, mark: Mark) -> QRectF:
     font = QFont(painter.font())
     font.setBold(mark.active)
     painter.save()
     painter.setFont(font)
     anchor = QPointF(mark.x + mark.radius_px + 5.0, mark.y - mark.radius_px)
     color = PREVIEW if mark.preview else ACTIVE if mark.active else QColor(mark.color)
-    paint_caption(
+    area = paint_caption(
         painter, anchor, mark.text, color, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
     )
     painter.restore()
+    return area
 
 
 def _outline(painter: QPainter, center: QPointF, radius: float, *, square: bool) -> None:

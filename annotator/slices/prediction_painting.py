@@ -15,14 +15,14 @@ from annotator.looks.prediction_marks import (
     REVIEW_LOOKS,
     covered,
     label_text,
-    legend_size,
+    legend_place,
     paint_legend,
     paint_prediction,
     paint_truth,
 )
 from annotator.session.drawn_prediction import DrawnPrediction
 from annotator.slices.captions import PADDING_PX, paint_caption
-from annotator.slices.guides import INK, MARGIN_PX
+from annotator.slices.guides import INK
 from annotator.slices.marks import nearness
 from annotator.slices.outline_painting import paint_outlines
 from annotator.slices.overlays import FAR_OPACITY, OUTLINE, split_at_plane
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 _EDGE_OPACITY, _PEAK_OPACITY = 0.2, 0.55
 """Of a heatmap where 95 % of it begin, and where it is highest."""
+_FAINTEST_WORDS = 0.65
 _CORNER = Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft
 
 
@@ -70,6 +71,8 @@ class PredictionPainter:
 
     def __init__(self, prediction: DrawnPrediction, viewport: Viewport, index: int) -> None:
         self._prediction, self._viewport, self._index = prediction, viewport, index
+        area = viewport.area
+        self._whole = QRectF(area.left, area.top, area.width, area.height)
         self._look = REVIEW_LOOKS[prediction.colors]
         self._true = review_marks(prediction.true_um, viewport, index)
         self._predicted = review_marks(prediction.predicted_um, viewport, index)
@@ -77,6 +80,11 @@ class PredictionPainter:
         self._outlines = solid_outlines(solids, viewport, index)
         tints = (tint(cloud, viewport, index, self._look.prediction) for cloud in prediction.heatmap_clouds())
         self._tints = tuple(each for each in tints if each is not None)
+
+    @property
+    def named(self) -> frozenset[str]:
+        """The keypoints that are named in place of one's own marks."""
+        return self._prediction.named
 
     def paint_beneath(self, painter: QPainter) -> None:
         """Draw what one's own keypoints lie on: heatmaps, bodies, and rings around where keypoints are."""
@@ -90,22 +98,20 @@ class PredictionPainter:
             paint_truth(painter, mark.center, self._look.truth, faint=not mark.nearness)
         painter.setOpacity(1.0)
 
-    def paint_above(self, painter: QPainter) -> None:
-        """Draw what lies over one's own keypoints: lines, crosses, names and distances."""
+    def paint_above(self, painter: QPainter, named: Iterable[QRectF] = ()) -> None:
+        """Draw what lies over one's own keypoints: lines, crosses, distances, clear of what is ``named``."""
         self._paint_lines(painter)
         for mark in sorted(self._predicted, key=lambda one: one.nearness):
             painter.setOpacity(mark.opacity)
             paint_prediction(painter, mark.center, self._look.prediction, faint=not mark.nearness)
         painter.setOpacity(1.0)
-        self._paint_labels(painter)
+        self._paint_labels(painter, named)
 
     def paint_legend(self, painter: QPainter) -> None:
-        """Write what each sign means, in the lower right corner."""
-        entries, area, font = self._prediction.legend, self._viewport.area, painter.font()
-        size = legend_size(entries, font, area.width - MARGIN_PX)
-        right, bottom = area.left + area.width - MARGIN_PX / 2, area.top + area.height - MARGIN_PX / 2
-        corner = QPointF(right - size.width(), bottom - size.height())
-        paint_legend(painter, QRectF(corner, size), entries, self._look, font)
+        """Write what each sign means, in the lower left corner."""
+        font = painter.font()
+        entries, area = legend_place(self._prediction.legend, font, self._whole, at_top=False)
+        paint_legend(painter, area, entries, self._look, font)
 
     def _paint_lines(self, painter: QPainter) -> None:
         parts = [split_at_plane(self._viewport, self._index, *ends) for ends in self._prediction.lines_um]
@@ -117,20 +123,19 @@ class PredictionPainter:
                 painter.drawLines(lines)
         painter.setOpacity(1.0)
 
-    def _paint_labels(self, painter: QPainter) -> None:
-        area, metrics = self._viewport.area, painter.fontMetrics()
-        whole = QRectF(area.left, area.top, area.width, area.height)
+    def _paint_labels(self, painter: QPainter, named: Iterable[QRectF]) -> None:
+        whole, metrics = self._whole, painter.fontMetrics()
         shown, wanted = [], []
         for label in self._prediction.labels:
             marks = review_marks(label.places_um, self._viewport, self._index)
             if whole.contains(marks[0].center):
                 text = label_text(label.name, label.distance_um)
                 width_px = metrics.horizontalAdvance(text) + 2 * PADDING_PX
-                shown.append((text, marks[0].opacity))
+                shown.append((text, max(marks[0].opacity, _FAINTEST_WORDS)))
                 wanted.append(
                     (covered([(mark.x, mark.y) for mark in marks]), width_px, metrics.height() + PADDING_PX)
                 )
-        taken = [covered([(mark.x, mark.y)]) for mark in (*self._true, *self._predicted)]
+        taken = [*named, *(covered([(mark.x, mark.y)]) for mark in (*self._true, *self._predicted))]
         for (text, opacity), place in zip(shown, label_areas(wanted, taken, whole), strict=True):
             painter.setOpacity(opacity)
             paint_caption(painter, place.topLeft(), text, INK, _CORNER)
