@@ -67,3 +67,8 @@ class ShownPrediction:
     solids: tuple[Solid, ...] = ()
     errors: Mapping[str, float] | None = None
     heatmaps: "VolumeHeatmaps | None" = None
+
+    def position_um(self, name: str) -> Vector | None:
+        """Return where a keypoint is predicted, else where it is in truth; None where neither has it."""
+        pair = next((pair for pair in self.pairs if pair.name == name), None)
+        return None if pair is None else pair.predicted_um or pair.true_um

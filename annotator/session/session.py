@@ -109,9 +109,12 @@ class Session(SessionStepping):
         self.open_path(path)
 
     def shown_anchor_um(self, name: str) -> Vector | None:
-        """Return where to look for a part, in µm: where the document has it, else those that are shown."""
+        """Return where to look for a part, in µm: where the document has it, else others, else a prediction."""
         position_um = super().shown_anchor_um(name)
-        return self.others.mean_um(name) if position_um is None else position_um
+        if position_um is None:
+            position_um = self.others.mean_um(name)
+        shown = self.predicting.shown if position_um is None else None
+        return shown.position_um(name) if shown is not None else position_um
 
     def open_item(self, index: int, *, skipped: Sequence[str] = ()) -> None:
         """Save what is open and open another item; what is open stays until the other one is ready."""
