@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QToolTip, QWidget
+from PySide6.QtWidgets import QWidget
 
 _NEAR_PX = 9.0
 _RING_PX = 6.0
@@ -72,10 +72,6 @@ class PlotPicture(QWidget):
         """What is shown."""
         return self._plot
 
-    def words_at(self, point: int) -> str:
-        """Return what a point says: its volume, and where it is."""
-        return "" if self._plot is None else f"{self._labels[point]}: {self._plot.values[point]}"
-
     def point_at(self, position_px: QPointF) -> int | None:
         """Return the number of the point that is nearest to a position, if one is near."""
         if self._plot is None or not len(self._plot.points_px):
@@ -83,6 +79,9 @@ class PlotPicture(QWidget):
         away_px = np.hypot(*(self._plot.points_px - (position_px.x(), position_px.y())).T)
         nearest = int(np.argmin(away_px))
         return nearest if away_px[nearest] <= _NEAR_PX else None
+
+    def _words_at(self, point: int) -> str:
+        return "" if self._plot is None else f"{self._labels[point]}: {self._plot.values[point]}"
 
     def sizeHint(self) -> QSize:
         return QSize() if self._plot is None else self._plot.image.deviceIndependentSize().toSize()
@@ -104,10 +103,7 @@ class PlotPicture(QWidget):
             return
         self._under = under
         self.setCursor(Qt.CursorShape.ArrowCursor if under is None else Qt.CursorShape.PointingHandCursor)
-        if under is None:
-            QToolTip.hideText()
-        else:
-            QToolTip.showText(event.globalPosition().toPoint(), self.words_at(under), self)
+        self.setToolTip("" if under is None else self._words_at(under))
         self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:

@@ -230,12 +230,13 @@ class PredictionsPanel(QWidget):
             return _COMPUTING
         if table is None or review is None:
             return _PREDICTING if predicting.is_predicting else _NOT_COMPUTED
+        unfitness = predicting.unfitness(current)
         if not table.rows and not table.unjudged:
-            return _PREDICTING if predicting.is_predicting else _NO_PREDICTIONS
+            advice = f"{_sentence(unfitness)}." if unfitness else _NO_PREDICTIONS
+            return _PREDICTING if predicting.is_predicting else advice
         left_out = _left_out(table)
         if not table.rows:
             return f"{_NO_TRUTH}: {left_out}"
-        unfitness = predicting.unfitness(current)
         doing = _COMPUTING if reviewing.is_computing else _CHANGED if reviewing.is_stale else ""
         told = (f"Computed at {review.at:%H:%M}.", doing, left_out, unfitness and f"{_sentence(unfitness)}.")
         return " ".join(filter(None, told))

@@ -62,6 +62,7 @@ class Reviewing(QObject):
         self._open_item = open_item
         self._review: Review | None = None
         self._is_stale = False
+        self._is_due = True
         self._is_followed = False
         self._has_edited = False
         self._computing: Job | None = None
@@ -163,6 +164,8 @@ class Reviewing(QObject):
     def cancel(self) -> None:
         """Give up what is being computed."""
         self._timer.stop()
+        # Whoever gives it up does not want it back before there is something new.
+        self._is_due = False
         if self._computing is not None:
             self._session.jobs.cancel(self._computing)
 
@@ -170,6 +173,7 @@ class Reviewing(QObject):
         """Say whether somebody looks: only then is computed anew, by itself, what has changed."""
         self._is_followed = is_followed
         if is_followed:
+            self._is_due = self._is_due or self._is_stale or self._review is None
             self._follow()
 
     def look_for_changes(self) -> None:
@@ -284,24 +288,22 @@ class Reviewing(QObject):
 
     def _take(self, review: Review) -> None:
         self._computing = None
+        # What has changed meanwhile.
+        self._timer.start()
         if review.folder == self._session.worklist.folder and not self.refusal:
             self._review = review
             self._order = None
             self.changed.emit()
             self.computed.emit()
         else:
+            # Of what was open before.
+            self._is_due = True
             self.changed.emit()
 
     def _follow(self) -> None:
-        """Compute anew what has changed, where somebody looks."""
-        is_missing = self._review is None or self._review.checkpoints != self._predicting.checkpoints
-        if (
-            self._is_followed
-            and self.may_compute
-            and (self._is_stale or is_missing)
-            and not self._predicting.is_predicting
-            and self._computing is None
-        ):
+        """Compute what is due, where somebody looks and nothing is under way."""
+        is_at_rest = self._computing is None and not self._predicting.is_predicting
+        if self._is_due and self._is_followed and is_at_rest and self.may_compute:
             self._start()
 
     def _forget(self) -> None:
@@ -324,6 +326,7 @@ class Reviewing(QObject):
             self.changed.emit()
 
     def _on_something_written(self) -> None:
+        self._is_due = True
         if self._review is not None or self._computing is not None:
             self._is_stale = True
         self._timer.start()
@@ -331,6 +334,8 @@ class Reviewing(QObject):
 
     def _on_predicting_checkpoints_changed(self) -> None:
         self._order = None
+        known = self._review.checkpoints if self._review is not None else ()
+        self._is_due = self._is_due or known != self._predicting.checkpoints
         self._timer.start()
         self.changed.emit()
 
@@ -363,6 +368,7 @@ class Reviewing(QObject):
         folder = self._session.worklist.folder
         if self._review is not None and (self._review.folder != folder or self.refusal):
             self._forget()
+            self._is_due = True
         self._timer.start()
         self.changed.emit()
 

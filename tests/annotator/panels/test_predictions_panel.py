@@ -463,7 +463,7 @@ def test_each_point_of_a_plot_opens_its_volume(qtbot: QtBot, rita: Session, pane
 
     at = QPoint(*picture.plot.points_px[place].round().astype(int))
     qtbot.mouseMove(picture, at)
-    assert picture.words_at(place).startswith(f"{FAR}: mean keypoint distance (µm)")
+    assert picture.toolTip().startswith(f"{FAR}: mean keypoint distance (µm)")
     qtbot.mouseClick(picture, LEFT, pos=at)
 
     opened(qtbot, rita, FAR)
