@@ -1,6 +1,9 @@
 """Checkpoints in a session: what they predict, what is shown of it, and what is made of it."""
 
 import shutil
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +11,7 @@ import pytest
 
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
+from annotations.documents.recovery import find_recoveries
 from annotations.documents.standing import standing
 from annotations.documents.study import ViewingRules, load_study, save_study
 from annotations.errors import UserError
@@ -470,6 +474,49 @@ class TestStarting:
         said = messages_of(reviewing)
         reviewing.set_status("done")
         assert "nobody has accepted or corrected k0, k1" in said[-1]
+
+
+START_AND_DIE = """
+import os, signal, sys, time
+from pathlib import Path
+from PySide6.QtCore import QCoreApplication
+from annotations.prediction.checkpoint import load_checkpoint
+from annotator.session import Session
+from annotator.session.options import SessionOptions
+
+folder, state, checkpoint = map(Path, sys.argv[1:])
+application = QCoreApplication([])
+session = Session(SessionOptions("rita", recovery_folder=state / "recovery", level_cache_folder=state / "levels"))
+session.open_path(folder)
+while session.volume is None:
+    application.processEvents()
+session.predicting.load(load_checkpoint(checkpoint))
+while session.predicting.prediction is None:
+    application.processEvents()
+session.predicting.start_from_prediction()
+assert session.undo_stack.count() == 1
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 is POSIX")
+def test_a_start_survives_kill_9_and_is_one_edit_then(
+    qtbot, reviewing, predicting, folder, options, tmp_path
+):
+    predict(qtbot, reviewing, [0])
+    asked = [str(folder), str(tmp_path / "dead"), str(predicting.current.path)]
+    # A document has one window: this one gives it up.
+    reviewing.close_volume()
+    done = subprocess.run([sys.executable, "-c", START_AND_DIE, *asked], timeout=100, check=False)
+    assert done.returncode == -signal.SIGKILL
+    (recovery,) = find_recoveries(tmp_path / "dead" / "recovery")
+    with qtbot.waitSignal(reviewing.volume_changed, check_params_cb=lambda: reviewing.volume is not None):
+        reviewing.recover(recovery)
+    assert {part.source for part in reviewing.document.parts} == {"predicted"}
+    assert reviewing.document.predicted_from.checkpoint == NAME
+    settle(qtbot, reviewing)
+    reviewing.undo()
+    assert not reviewing.document.positions_um
 
 
 class TestBlind:
