@@ -250,14 +250,13 @@ def _means(values: Array, cells: NDArray[np.intp]) -> NDArray[np.float32]:
         # Of an empty cell, the sum is the voxel where the next one begins.
         sums = np.add.reduceat(values, cells[:-1], axis=1, dtype=np.float32)
         return np.asarray(sums / np.maximum(counts, 1), dtype=np.float32)
-    # Adding the first voxels of all cells, then their second ones, and so on, takes half the time, once the
-    # rows lie side by side.
-    values = np.ascontiguousarray(values)
+    # Sorted by their place in the cell, the first ones of all cells and then the second ones and so on, the
+    # voxels are added in a third of the time; and sorted sooner once the rows lie side by side.
     even = (len(counts) - 1) * whole
+    in_cells = np.ascontiguousarray(values)[:, :even].reshape(len(values), len(counts) - 1, whole)
+    by_place = np.ascontiguousarray(in_cells.transpose(2, 0, 1))
     sums_of_cells = np.empty((len(values), len(counts)), dtype=np.uint16)
-    sums_of_cells[:, :-1] = values[:, 0:even:whole]
-    for place in range(1, whole):
-        sums_of_cells[:, :-1] += values[:, place:even:whole]
+    sums_of_cells[:, :-1] = by_place.sum(axis=0, dtype=np.uint16)
     sums_of_cells[:, -1] = values[:, even : cells[-1]].sum(axis=1, dtype=np.uint16)
     return np.asarray(sums_of_cells / counts.astype(np.float32), dtype=np.float32)
 

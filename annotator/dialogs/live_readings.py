@@ -42,7 +42,7 @@ class LiveReadings(QWidget):
         self._column.addWidget(self._confidence)
         self._column.addWidget(self._speed)
         self._column.addStretch(1)
-        self.setMinimumWidth(self.fontMetrics().horizontalAdvance(f"Frames a second {_WIDEST}") + 24)
+        self.setMinimumWidth(self.fontMetrics().horizontalAdvance(f"Orientation {_WIDEST}") + 16)
 
     def show_tool(self, tool: ToolSpecification) -> None:
         """Make a row for each quantity of a tool."""

@@ -48,6 +48,10 @@ class _State:
     changed_ns: int
     is_folder: bool
 
+    def has_content_of(self, other: "_State") -> bool:
+        """Say whether nothing was written between the two; links and permissions may have changed."""
+        return (self.inode, self.size, self.written_ns) == (other.inode, other.size, other.written_ns)
+
     @property
     def is_moved_in(self) -> bool:
         """Whether something was done to it after its last write. Never so on Windows, which cannot tell."""
@@ -169,7 +173,8 @@ class IncomingFolder:
     def _notice(self, name: str, state: _State, now_s: float) -> None:
         assert self._entries is not None
         entry = self._entries.get(name)
-        if entry is not None and entry.state == state:
+        if entry is not None and entry.state.has_content_of(state):
+            entry.state = state
             return
         fresh = _Entry(state, self._looked_s, now_s, is_timed=True)
         if entry is not None and entry.state.inode == state.inode and not entry.is_settled:
