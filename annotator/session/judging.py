@@ -129,10 +129,12 @@ class Judging(QObject):
             self._session.post_message(_NO_ROW)
             return
         if before.own is not None and before.own.verdict == verdict and not before.is_outdated:
-            self._write(checkpoint, lambda *of: withdraw_verdict(*of, row.volume))
+            self._write(
+                checkpoint, lambda folder, name, person: withdraw_verdict(folder, name, person, row.volume)
+            )
             return
         said = verdict_on(row, checkpoint, verdict, "" if before.own is None else before.own.note)
-        self._write(checkpoint, lambda *of: record_verdict(*of, said))
+        self._write(checkpoint, lambda folder, name, person: record_verdict(folder, name, person, said))
 
     def write_note(self, volume: str, note: str) -> None:
         """Write a note to the person's verdict on a volume."""
@@ -141,7 +143,7 @@ class Judging(QObject):
         own, checkpoint = self.judgement(volume).own, self._checkpoint()
         if own is not None and checkpoint is not None and own.note != note:
             said = changed(own, note=note)
-            self._write(checkpoint, lambda *of: record_verdict(*of, said))
+            self._write(checkpoint, lambda folder, name, person: record_verdict(folder, name, person, said))
 
     def _write(
         self, checkpoint: "CheckpointReference", write: "Callable[[Path, str, str], VerdictList]"
