@@ -46,6 +46,8 @@ def run(arguments: argparse.Namespace) -> int:
         check_report_places(report_paths(arguments.report))
     paths = (arguments.checkpoint, *(arguments.against or ()))
     checkpoints = [load_checkpoint(find_checkpoint(path)) for path in paths]
+    if len({checkpoint.sha256 for checkpoint in checkpoints}) < len(checkpoints):
+        arguments.misuse("a checkpoint cannot be compared with itself: name each once")
     evaluations, about, remark = (_on_study if arguments.synthetic is None else _on_synthetic)(
         arguments, checkpoints
     )

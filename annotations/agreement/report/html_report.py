@@ -1,4 +1,4 @@
-"""An agreement as one self-contained HTML file, to be read without the program."""
+"""A report as one self-contained HTML file, to be read without the program."""
 
 import base64
 from collections.abc import Callable

@@ -111,6 +111,15 @@ def test_several_checkpoints_stand_side_by_side(
     assert near < 0.02 < far
 
 
+def test_a_checkpoint_is_not_compared_with_itself(
+    checkpoint: Path, study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["evaluate", str(checkpoint), str(study), "--against", str(checkpoint)])
+
+    assert "compared with itself" in capsys.readouterr().err
+
+
 def test_kept_predictions_are_taken_unless_they_are_to_be_made_anew(
     checkpoint: Path, study: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
