@@ -261,7 +261,9 @@ class PartsModel(QAbstractTableModel, Generic[P]):
                 residual_um = self._residual_um(part)
                 return "—" if residual_um is None else _short(residual_um)
             case "state":
-                return part.state.replace("_", " ")
+                # In a narrow window the source is out of sight, and this is what a person has to see of it.
+                is_predicted = part.source == "predicted" and part.state == "placed"
+                return "predicted" if is_predicted else part.state.replace("_", " ")
             case "source":
                 return f"{part.source}…" if part.name in self._coming else part.source or ""
         return ""

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from annotations.documents.annotation import Annotation, VolumeReference, new_annotation
-from annotations.documents.edits import EditRefused, lock, place_keypoint
+from annotations.documents.edits import EditRefused, accept_predicted, lock, place_keypoint, set_state
 from annotations.documents.files import annotation_bytes, parse_annotation
 from annotations.documents.record import Method, changed
 from annotations.documents.standing import standing
@@ -90,3 +90,37 @@ def test_a_prediction_without_keypoints_changes_nothing() -> None:
 def test_a_document_that_it_does_not_fit_is_refused(document: Annotation, problem: str) -> None:
     with pytest.raises(EditRefused, match=problem):
         started(document, made_prediction())
+
+
+def test_what_a_person_accepts_counts_as_adopted_from_the_checkpoint() -> None:
+    outside = {**TRUE_UM, "k2": (-100.0, 5000.0, 5000.0)}
+    begun_from = place_keypoint(started(begun(), made_prediction(outside)), "k1", (1.0, 2.0, 3.0), "dragged")
+
+    document = accept_predicted(begun_from)
+
+    assert {standing(part) for part in document.parts} == {"counted"}
+    assert {part.adopted_from for part in document.parts if part.source == "adopted"} == {"Known"}
+    assert document.part("k1") == begun_from.part("k1")
+    assert document.part("k2").state == "out_of_view"
+    assert document.positions_um == begun_from.positions_um
+    assert accept_predicted(document) is document
+    assert parse_annotation(annotation_bytes(document), "x") == document
+
+
+def test_what_is_locked_is_not_accepted_with_the_rest() -> None:
+    document = accept_predicted(lock(started(begun(), made_prediction()), "k0", locked=True))
+
+    assert [part.source for part in document.parts] == ["predicted", *["adopted"] * 5]
+
+
+def test_who_calls_a_predicted_keypoint_placed_has_accepted_it_and_no_other() -> None:
+    document = set_state(started(begun(), made_prediction()), "k3", "placed")
+
+    assert standing(document.part("k3")) == "counted"
+    assert [standing(part) for part in document.parts].count("predicted") == 5
+
+
+def test_who_says_that_a_predicted_keypoint_is_hidden_has_not_accepted_its_place() -> None:
+    document = set_state(started(begun(), made_prediction()), "k3", "occluded")
+
+    assert (document.part("k3").state, document.part("k3").source) == ("occluded", "predicted")

@@ -486,7 +486,8 @@ from annotator.session.options import SessionOptions
 
 folder, state, checkpoint = map(Path, sys.argv[1:])
 application = QCoreApplication([])
-session = Session(SessionOptions("rita", recovery_folder=state / "recovery", level_cache_folder=state / "levels"))
+options = SessionOptions("rita", recovery_folder=state / "recovery", level_cache_folder=state / "levels")
+session = Session(options)
 session.open_path(folder)
 while session.volume is None:
     application.processEvents()

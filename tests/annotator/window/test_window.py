@@ -193,8 +193,18 @@ def test_a_volume_opens_while_what_the_fit_and_the_scene_need_is_loaded(
         go_on.set()
 
 
-def test_what_only_fits_snaps_and_demos_need_is_not_imported_with_the_window():
-    late = ("scipy", "annotations.synthesis", "annotations.fitting.refine", "mayavi", "vtkmodules")
+def test_what_only_fits_snaps_demos_and_predictions_need_is_not_imported_with_the_window():
+    late = (
+        "scipy",
+        "onnx",
+        "openvino",
+        "annotations.synthesis",
+        "annotations.fitting.refine",
+        "annotations.prediction.prediction",
+        "annotations.prediction.checkpoint",
+        "mayavi",
+        "vtkmodules",
+    )
     code = (
         f"import sys; import annotator.window.main_window; print([n for n in {late!r} if n in sys.modules])"
     )
