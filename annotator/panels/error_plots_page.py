@@ -68,9 +68,9 @@ class ErrorPlotsPage(QWidget):
         layout.addWidget(self._caption)
 
     def draw(self) -> None:
-        """Offer the plots of what was computed last, and mark the open volume."""
+        """Offer the plots of what was computed last, once they are seen, and mark the open volume."""
         review = self._session.reviewing.review
-        if review is not self._reviewed:
+        if review is not self._reviewed and self.isVisible():
             self._reviewed = review
             _offer(self._target, plot_targets(_tables(review)))
             self._make_plots()
@@ -78,6 +78,7 @@ class ErrorPlotsPage(QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
+        self.draw()
         self._draw_plot()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

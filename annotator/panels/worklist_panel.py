@@ -76,6 +76,8 @@ class WorklistPanel(QWidget):
         for column in (FLAG, TIME):
             self._list.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         self._list.header().setMinimumSectionSize(self.fontMetrics().height())
+        # By the rows in sight: to measure hundreds of them takes longer than to open a volume.
+        self._list.header().setResizeContentsPrecision(0)
         self._list.activated.connect(self._on_list_activated)
         self._shown.modelReset.connect(self._on_shown_model_reset)
 
