@@ -28,6 +28,7 @@ from annotator.session.prediction_run import (
 from annotator.session.remembered import Remembered
 from annotator.session.saving import SessionSaving
 from annotator.session.seeing import Seeing
+from annotator.session.worklist import WorkItem
 
 if TYPE_CHECKING:
     # Half a second that only those wait for who predict.
@@ -97,7 +98,7 @@ class Predicting(QObject):
         self._job: Job | None = None
         self._tasks: tuple[PredictionTask, ...] = ()
         self._done = 0
-        self._is_asked_for = False
+        self._asked_for: WorkItem | None = None
         self._overlay = PredictionOverlay(session, seeing, self._networks.process_of, self)
         self._overlay.changed.connect(self.shown_changed)
         # It comes from the thread that predicts.
@@ -291,7 +292,7 @@ class Predicting(QObject):
         tasks = tuple(self._task(index) for index in indices)
         process, known_spacing = self._networks.process_of(checkpoint), self._known_spacing
         self._tasks, self._done = tasks, 0
-        self._is_asked_for = tuple(indices) == (self._session.current_index,)
+        self._asked_for = tasks[0].request.item if tuple(indices) == (self._session.current_index,) else None
 
         def work(progress: Callable[[float], None], cancelled: Callable[[], bool]) -> PredictionOutcome:
             def on_done(count: int) -> None:
@@ -345,40 +346,43 @@ class Predicting(QObject):
         self.checkpoints_changed.emit()
 
     def _finish(self) -> None:
-        is_asked_for, self._is_asked_for = self._is_asked_for, False
-        self._job, self._tasks = None, ()
+        self._job, self._tasks, self._asked_for = None, (), None
         self._overlay.reread()
         self.running_changed.emit()
         self.predicted.emit()
-        if is_asked_for and not self._seeing.refusal:
-            self._session.look(layers=self._session.view.layers | {"prediction"})
+
+    def _is_open(self, item: WorkItem | None) -> bool:
+        index = self._session.current_index
+        return item is not None and index is not None and self._session.items[index].place == item.place
 
     def _on_self_advanced(self, count: int) -> None:
         if self._job is None or not self._tasks:
             return
         self._done = count
         self._job.title = self._job_title()
-        finished, index = self._tasks[count - 1].request, self._session.current_index
-        if index is not None and finished.item.volume_path == self._session.items[index].volume_path:
+        if self._is_open(self._tasks[count - 1].request.item):
             self._overlay.reread()
 
     def _on_job_done(self, checkpoint: "Checkpoint", outcome: PredictionOutcome) -> None:
         name = checkpoint.description.name
-        # What failed is not what was asked to be seen.
-        self._is_asked_for = self._is_asked_for and not outcome.failures
+        # What failed, or is not open any more, is not what somebody wants to see.
+        is_wanted = self._is_open(self._asked_for) and not outcome.failures
         self._finish()
+        refusal = self._seeing.refusal if is_wanted else ""
+        if is_wanted and not refusal:
+            self._session.look(layers=self._session.view.layers | {"prediction"})
         failure = failure_of(outcome, name)
         if failure is not None:
             self._session.report(failure)
-        elif outcome.made:
-            kept = f"; {outcome.kept} had been before" if outcome.kept else ""
-            count = "1 volume" if outcome.made == 1 else f"{outcome.made} volumes"
-            self._session.post_message(f"{name} has predicted {count}{kept}")
-        else:
-            self._session.post_message(f"Predicted already by {name}: it would say the same again")
+            return
+        count = "1 volume" if outcome.made == 1 else f"{outcome.made} volumes"
+        kept = f"; {outcome.kept} had been before" if outcome.kept else ""
+        done = f"{name} has predicted {count}{kept}"
+        if not outcome.made:
+            done = f"Predicted already by {name}: it would say the same again"
+        self._session.post_message(f"{done}. {refusal}" if refusal else done)
 
     def _on_job_failed(self, error: Exception) -> None:
-        self._is_asked_for = False
         self._finish()
         if not isinstance(error, UserError):
             raise error
@@ -386,6 +390,5 @@ class Predicting(QObject):
 
     def _on_job_cancelled(self) -> None:
         done, count = self._done, len(self._tasks)
-        self._is_asked_for = False
         self._finish()
         self._session.post_message(f"Cancelled: {done} of {count} volumes are predicted, and stay so")

@@ -10,6 +10,7 @@ from annotations.documents.study import annotation_files, annotation_name
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.frames import Vector
 from annotations.volumes import VolumeError
+from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Found, OpeningRequest, find
 from annotator.session.prediction_files import prediction_path, read_prediction
 
@@ -98,7 +99,9 @@ def predict_all(
                 kept += 1
             crashes = 0
         except UserError as error:
-            failures.append((task.request.item.label, error))
+            # In the words of its own list: by the time it is read another one may be open.
+            words = NeutralWords(task.request.worklist, task.request.item)
+            failures.append((task.request.item.label, words.error(error)))
             crashes = crashes + 1 if isinstance(error, InferenceCrashed) else 0
             if isinstance(error, CheckpointError) or crashes == _MOST_CRASHES:
                 return PredictionOutcome(made, kept, tuple(failures), len(tasks) - number)

@@ -537,6 +537,11 @@ class TestBlind:
         assert "not done yet" in annotating.predicting.reason
         assert annotating.viewings == ()
 
+    def test_who_asks_for_it_is_told_why_it_is_not_shown(self, qtbot, annotating):
+        said = messages_of(annotating)
+        predict(qtbot, annotating, [0])
+        assert "Your own annotation of this volume is not done yet" in said[-1]
+
     def test_nothing_starts_from_it(self, annotating):
         said, before = messages_of(annotating), annotating.document
         annotating.predicting.start_from_prediction()
