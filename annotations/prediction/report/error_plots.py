@@ -47,6 +47,8 @@ _COLUMNS = 3
 _LEAST = 1e-3
 _BINS, _LEAST_IN_BIN = 6, 4
 _SCATTER_IN = 2.1
+_MANY = 100
+"""More points than this are pixels in a drawing of lines, which would be megabytes large."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +228,15 @@ def _scatter(
     ]
     x, y = np.array([each[:2] for each in known], dtype=np.float64).reshape(-1, 2).T
     axes.plot(
-        x, y, look.marker, color=look.color, markersize=4, markeredgewidth=0, alpha=0.6, linestyle="none"
+        x,
+        y,
+        look.marker,
+        color=look.color,
+        markersize=4,
+        markeredgewidth=0,
+        alpha=0.6,
+        linestyle="none",
+        rasterized=x.size > _MANY,
     )
     if x.size >= _BINS * _LEAST_IN_BIN:
         parts = np.array_split(np.argsort(x, kind="stable"), _BINS)
@@ -334,7 +344,16 @@ def _strip(axes: "Axes", table: ErrorTable, name: str, height: float, look: Look
     heights = np.full(x_mm.size, height)
     if not found:
         return PlottedPoints(axes, x_mm, heights, ())
-    axes.plot(x_mm, heights, "|", color=look.color, markersize=5, markeredgewidth=0.6, alpha=0.5)
+    axes.plot(
+        x_mm,
+        heights,
+        "|",
+        color=look.color,
+        markersize=5,
+        markeredgewidth=0.6,
+        alpha=0.5,
+        rasterized=x_mm.size > _MANY,
+    )
     low, first, middle, third, high = np.percentile(x_mm, (5, 25, 50, 75, 95))
     axes.plot((low, high), (height, height), color=look.color, linewidth=1.2, solid_capstyle="butt")
     axes.plot((first, third), (height, height), color=look.color, linewidth=4.0, solid_capstyle="butt")
