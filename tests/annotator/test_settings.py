@@ -32,6 +32,7 @@ def test_every_choice_survives_a_restart(path, reopened):
     settings.cache_limit_mib = 100
     settings.colormap = "viridis"
     settings.rendering = "mip"
+    settings.review_colors = "blue_orange"
     settings.window_geometry = QByteArray(b"\x00\x01geometry")
     settings.window_state = QByteArray(b"state\xff")
     settings.panes_state = QByteArray(b"panes")
@@ -46,6 +47,7 @@ def test_every_choice_survives_a_restart(path, reopened):
     assert again.cache_limit_mib == 100
     assert again.colormap == "viridis"
     assert again.rendering == "mip"
+    assert again.review_colors == "blue_orange"
     assert again.window_geometry == b"\x00\x01geometry"
     assert again.window_state == b"state\xff"
     assert again.panes_state == b"panes"

@@ -173,18 +173,23 @@ class TestDisplay:
 
     def test_chosen_window_comes_back(self, qtbot, window, session, second_path, settings):
         qtbot.waitUntil(lambda: not session.jobs.running)
-        session.look(window=(20.0, 150.0), colormap="viridis", rendering="mip")
+        session.look(
+            window=(20.0, 150.0), colormap="viridis", rendering="mip", review_colors="blue_orange"
+        )
         window.close()
         assert settings.display_window("uint8") == (20.0, 150.0)
         assert settings.colormap == "viridis"
         assert settings.rendering == "mip"
+        assert settings.review_colors == "blue_orange"
 
     def test_next_volume_is_looked_at_alike(self, qtbot, window, session, second_path, settings):
         settings.remember_display_window("uint8", (20.0, 150.0))
         settings.colormap = "viridis"
+        settings.review_colors = "blue_orange"
         self.go_to(qtbot, window, second_path)
         qtbot.waitUntil(lambda: session.view.window == (20.0, 150.0))
         assert session.view.colormap == "viridis"
+        assert session.view.review_colors == "blue_orange"
 
     def test_window_that_would_show_nothing_does_not_come_back(
         self, qtbot, window, session, second_path, settings
