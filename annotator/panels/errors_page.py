@@ -1,6 +1,7 @@
 """The errors volume by volume: sorted, filtered, walked through by the arrow keys, and judged."""
 
 from PySide6.QtCore import QModelIndex, Qt, QTimer, Slot
+from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
@@ -135,7 +136,10 @@ class ErrorsPage(QWidget):
 
     def _size_columns(self) -> None:
         """Give each column the width of its longest text, without laying out every cell."""
-        metrics, header = self.fontMetrics(), self._list.header()
+        font, header = self.font(), self._list.header()
+        # As the open volume is written.
+        font.setBold(True)
+        metrics = QFontMetrics(font)
         letter = metrics.averageCharWidth()
         for column, each in enumerate(self._model.columns):
             texts = (self._model.widest_text(column), self._summary.widest_text(column))

@@ -203,7 +203,11 @@ class PredictionsPanel(QWidget):
             current.sha256 if current is not None else None,
         )
         people = (CONSENSUS, *study.annotators) if study is not None else ()
-        _offer(self._truth, [(_USUAL, None), *((name, name) for name in people)], predicting.truth.annotator)
+        _offer(
+            self._truth,
+            [(_USUAL, None), *((f"Truth: {name}", name) for name in people)],
+            predicting.truth.annotator,
+        )
         self._unfinished.setChecked(predicting.truth.unfinished)
 
     def _draw_pages(self) -> None:

@@ -199,7 +199,7 @@ def test_each_state_says_what_to_do_next(
 
     assert "several" in words(panel, "predictions_state") or "anna" in words(panel, "predictions_state")
     assert not tabs(panel).isVisible()
-    choose(panel, "predictions_truth", "anna")
+    choose(panel, "predictions_truth", "Truth: anna")
     qtbot.waitUntil(lambda: tabs(panel).isVisible(), timeout=60_000)
     assert words(panel, "predictions_state").startswith("Computed at")
 
