@@ -94,7 +94,7 @@ def replace_worker(monkeypatch: pytest.MonkeyPatch, lines: str, *, serves: bool 
 
 
 def test_it_says_what_the_network_says_in_this_process(
-    lasting: InferenceProcess, checkpoint_path: Path, volume_path: Path
+    process: InferenceProcess, checkpoint_path: Path, volume_path: Path
 ) -> None:
     checkpoint = load_checkpoint(checkpoint_path)
     predictor = Predictor(checkpoint, Runtime(checkpoint, threads=1))
@@ -102,7 +102,7 @@ def test_it_says_what_the_network_says_in_this_process(
     with open_volume(volume_path) as volume:
         expected = predict_volume(predictor, volume, SPACING_UM, path)
 
-    found = predicted(lasting, volume_path)
+    found = predicted(process, volume_path)
 
     moment = {"created": expected.created}
     assert found.model_copy(update=moment) == expected  # type: ignore[attr-defined]
