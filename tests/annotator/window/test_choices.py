@@ -173,9 +173,7 @@ class TestDisplay:
 
     def test_chosen_window_comes_back(self, qtbot, window, session, second_path, settings):
         qtbot.waitUntil(lambda: not session.jobs.running)
-        session.look(
-            window=(20.0, 150.0), colormap="viridis", rendering="mip", review_colors="blue_orange"
-        )
+        session.look(window=(20.0, 150.0), colormap="viridis", rendering="mip", review_colors="blue_orange")
         window.close()
         assert settings.display_window("uint8") == (20.0, 150.0)
         assert settings.colormap == "viridis"
