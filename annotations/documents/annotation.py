@@ -82,8 +82,8 @@ class KeypointAnnotation(Record):
     source : str or None
         How the position came about; None where there is none.
     adopted_from : str or None
-        The annotator whose position a reviewer took as it was, or the checkpoint whose prediction was accepted;
-        for the source ``adopted`` and for no other.
+        The annotator whose position a reviewer took as it was, or the checkpoint whose prediction was
+        accepted; for the source ``adopted`` and for no other.
     locked : bool
         Refuses every change of position or state until unlocked.
     """

@@ -109,7 +109,7 @@ class Session(SessionStepping):
         self.open_path(path)
 
     def shown_anchor_um(self, name: str) -> Vector | None:
-        """Return where to look for a part, in µm: where the document has it, else others, else a prediction."""
+        """Return where to look for a part, in µm: where it is placed, else by others, else as predicted."""
         position_um = super().shown_anchor_um(name)
         if position_um is None:
             position_um = self.others.mean_um(name)

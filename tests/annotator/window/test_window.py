@@ -59,7 +59,7 @@ def test_actions_follow_the_session(window, session):
     session.close_volume()
     for entry in ACTIONS:
         if actions[entry.name].isVisible():
-            enabled = entry.when in ("always", "previous", "next", "todo", "report")
+            enabled = entry.when in ("always", "previous", "next", "todo", "report", "shipped")
             assert actions[entry.name].isEnabled() == enabled, entry.name
 
 
