@@ -59,7 +59,8 @@ def predict(folder: Path, by: Checkpoint, volume_id: str, share: float = 1.0, *,
     found = predicted(positions_um)
     with open_volume(folder / f"volumes/{volume_id}.npy") as volume:
         reference = reference_to(volume, ROOMY_UM, path, fingerprint(volume))
-    pose = fit_prediction(found, by.description)
+    # By how sure a network of the usual sampling is: one of coarse samples tells no direction.
+    pose = fit_prediction(found, described())
     save_prediction(prediction_of(found, pose, reference, reference_to_checkpoint(by, path), FORCEPS), path)
 
 

@@ -298,10 +298,10 @@ def test_the_errors_of_the_fitted_pose_can_be_shown_instead(
 
     choose(panel, "errors_way", "Fitted pose")
 
-    row = rita.reviewing.row_of(FAR)
+    row = rita.reviewing.row_of(NEAR)
     assert row is not None
     mean_um = np.mean(list(row.keypoints_by_fit_um.values()))
-    assert cells(panel, "keypoints (µm)")[volumes(panel).index(FAR)] == f"{mean_um:,.0f}"
+    assert cells(panel, "keypoints (µm)")[volumes(panel).index(NEAR)] == f"{mean_um:,.0f}"
     assert cells(panel, "keypoints (µm)") != before
 
 
