@@ -25,8 +25,9 @@ from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.panels.agreement_plots import AgreementPlots
 from annotator.panels.compared_annotators import ComparedAnnotators
-from annotator.panels.compared_volumes import RANK_COLUMN, SORT_ROLE, WHY_COLUMN, ComparedVolumes
+from annotator.panels.compared_volumes import RANK_COLUMN, WHY_COLUMN, ComparedVolumes
 from annotator.panels.deviation_table import LEGEND, MEANINGS, VARIANTS, DeviationTable
+from annotator.panels.table_model import SORT_ROLE
 from annotator.session import Session
 from annotator.session.view import View
 

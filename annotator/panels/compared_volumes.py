@@ -1,35 +1,22 @@
 """The volumes of a comparison as a list: how far apart their annotators are, and why."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt
-from PySide6.QtGui import QFont
+from PySide6.QtCore import QObject, Qt
 
 from annotations.agreement.report.labels import NOTHING, label_of, number, unit_of
 from annotations.agreement.results import VolumeResult
+from annotator.panels.table_model import RIGHT, SORT_ROLE, Column, Heading, Index, TableModel, bold_font
 
-Index = QModelIndex | QPersistentModelIndex
-SORT_ROLE = Qt.ItemDataRole.UserRole + 1
 WHY_COLUMN, RANK_COLUMN = 1, 2
-_ROOT = QModelIndex()
 _RATIO = (
     "How many times the median volume's deviation this one's is, in the target in which it is most: what the "
     "worst are found by"
 )
 
 
-@dataclass(frozen=True)
-class _Column:
-    title: str
-    tooltip: str
-    text: Callable[[VolumeResult], str]
-    sort: Callable[[VolumeResult], Any]
-    is_number: bool = True
-
-
-class ComparedVolumes(QAbstractTableModel):
+class ComparedVolumes(TableModel):
     """Volumes by one method: name, reasons, ratio to the median, figures by target, annotators.
 
     Parameters
@@ -42,7 +29,7 @@ class ComparedVolumes(QAbstractTableModel):
         super().__init__(parent)
         self._label = label
         self._volumes: tuple[VolumeResult, ...] = ()
-        self._columns: tuple[_Column, ...] = ()
+        self._columns: tuple[Column[VolumeResult], ...] = ()
         self._open: str | None = None
 
     def show_volumes(self, volumes: Sequence[VolumeResult], targets: Sequence[str]) -> None:
@@ -50,28 +37,28 @@ class ComparedVolumes(QAbstractTableModel):
         self.beginResetModel()
         self._volumes = tuple(volumes)
         self._columns = (
-            _Column(
+            Column(
                 "Volume",
                 "Enter or a double click opens it, with all annotators over it",
                 lambda volume: self._label(volume.volume),
                 lambda volume: self._label(volume.volume).casefold(),
                 is_number=False,
             ),
-            _Column(
+            Column(
                 "Why",
                 "What explains it",
                 lambda volume: "; ".join(volume.reasons),
                 lambda volume: "; ".join(volume.reasons),
                 is_number=False,
             ),
-            _Column(
+            Column(
                 "× median",
                 _RATIO,
                 lambda volume: f"{volume.ratio_to_median:.1f}",
                 lambda volume: volume.ratio_to_median,
             ),
             *(_target_column(target) for target in targets),
-            _Column(
+            Column(
                 "Annotators",
                 "Who annotated it",
                 lambda volume: ", ".join(volume.annotators),
@@ -89,30 +76,7 @@ class ComparedVolumes(QAbstractTableModel):
         """Write the open volume in bold."""
         if volume != self._open:
             self._open = volume
-            if self._volumes:
-                last = self.index(len(self._volumes) - 1, len(self._columns) - 1)
-                self.dataChanged.emit(self.index(0, 0), last)
-
-    def rowCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._volumes)
-
-    def columnCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._columns)
-
-    def headerData(
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        if orientation != Qt.Orientation.Horizontal or section >= len(self._columns):
-            return None
-        column = self._columns[section]
-        return {
-            Qt.ItemDataRole.DisplayRole: column.title,
-            Qt.ItemDataRole.ToolTipRole: column.tooltip,
-            # The worst first.
-            Qt.ItemDataRole.InitialSortOrderRole: (
-                Qt.SortOrder.DescendingOrder if column.is_number else Qt.SortOrder.AscendingOrder
-            ),
-        }.get(Qt.ItemDataRole(role))
+            self._redraw(range(len(self._volumes)))
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():
@@ -124,24 +88,28 @@ class ComparedVolumes(QAbstractTableModel):
             case Qt.ItemDataRole.DisplayRole:
                 return column.text(volume)
             case Qt.ItemDataRole.TextAlignmentRole if column.is_number:
-                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                return RIGHT
             case Qt.ItemDataRole.FontRole if volume.volume == self._open:
-                font = QFont()
-                font.setBold(True)
-                return font
+                return bold_font()
             case Qt.ItemDataRole.ToolTipRole:
                 why = "; ".join(volume.reasons) or "Nothing particular was recognised"
                 return f"{self._label(volume.volume)}: {', '.join(volume.annotators)}\n{why}"
         return None
 
+    def _row_count(self) -> int:
+        return len(self._volumes)
 
-def _target_column(target: str) -> _Column:
+    def _headings(self) -> Sequence[Heading]:
+        return self._columns
+
+
+def _target_column(target: str) -> Column[VolumeResult]:
     unit = unit_of(target)
 
     def text(volume: VolumeResult) -> str:
         return number(volume.targets.get(target), unit) if target in volume.targets else NOTHING
 
-    return _Column(
+    return Column(
         f"{label_of(target)} / {unit}",
         f"{label_of(target)}: mean distance of the annotators from the mean of all of them, in {unit}",
         text,

@@ -1,26 +1,28 @@
 """The parts of the open consensus as a table: what each is now, how far apart the annotators are, and who."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt, Slot
-from PySide6.QtGui import QColor, QFont, QGuiApplication
+from PySide6.QtCore import QObject, Qt, Slot
+from PySide6.QtGui import QColor, QGuiApplication
 
 from annotations.agreement.consensus import PartConsensus, distance_um
 from annotations.documents.annotation import Part
 from annotator.looks import theme
+from annotator.panels.table_model import RIGHT, Heading, Index, TableModel, bold_font
 from annotator.session import Session
 from annotator.session.view import View
 
-Index = QModelIndex | QPersistentModelIndex
-_ROOT = QModelIndex()
 _NOTHING = "–"
 _COLUMNS = (
-    ("", "Keypoint, or link of a box"),
-    ("Now", "Where its place comes from"),
-    ("Spread / µm", "Mean distance of those who are used from what is proposed"),
-    ("Take", "One annotator's, as it is"),
-    ("Set aside", "Who is too far from the others to count, or has the hinge's axis in the other sense"),
-    ("Used", "Whose places are in the mean"),
+    Heading("", "Keypoint, or link of a box"),
+    Heading("Now", "Where its place comes from"),
+    Heading("Spread / µm", "Mean distance of those who are used from what is proposed"),
+    Heading("Take", "One annotator's, as it is"),
+    Heading(
+        "Set aside", "Who is too far from the others to count, or has the hinge's axis in the other sense"
+    ),
+    Heading("Used", "Whose places are in the mean"),
 )
 _TURNED = (
     "{}'s box is turned by 180° about its own x: the same body, with the hinge's axis in the other sense. "
@@ -29,7 +31,7 @@ _TURNED = (
 NAME, NOW, SPREAD, TAKE, ASIDE, USED = range(len(_COLUMNS))
 
 
-class ConsensusModel(QAbstractTableModel):
+class ConsensusModel(TableModel):
     """A row for each keypoint or box of the open document, while it is a consensus."""
 
     def __init__(self, session: Session, parent: QObject | None = None) -> None:
@@ -49,22 +51,6 @@ class ConsensusModel(QAbstractTableModel):
         """Return the row of a part, or None."""
         return next((row for row, part in enumerate(self._parts) if part.name == name), None)
 
-    def rowCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._parts)
-
-    def columnCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(_COLUMNS)
-
-    def headerData(
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        if orientation != Qt.Orientation.Horizontal:
-            return None
-        title, tooltip = _COLUMNS[section]
-        return {Qt.ItemDataRole.DisplayRole: title, Qt.ItemDataRole.ToolTipRole: tooltip}.get(
-            Qt.ItemDataRole(role)
-        )
-
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():
             return None
@@ -74,16 +60,20 @@ class ConsensusModel(QAbstractTableModel):
             case Qt.ItemDataRole.DisplayRole:
                 return _text(part, agreed, column)
             case Qt.ItemDataRole.TextAlignmentRole if column == SPREAD:
-                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                return RIGHT
             case Qt.ItemDataRole.ForegroundRole:
                 return _color(part, column)
             case Qt.ItemDataRole.FontRole if column == NAME and part.name == self._session.view.active_part:
-                font = QFont()
-                font.setBold(True)
-                return font
+                return bold_font()
             case Qt.ItemDataRole.ToolTipRole:
                 return self._tooltip(part, agreed, column)
         return None
+
+    def _row_count(self) -> int:
+        return len(self._parts)
+
+    def _headings(self) -> Sequence[Heading]:
+        return _COLUMNS
 
     def _tooltip(self, part: Part, agreed: PartConsensus | None, column: int) -> str | None:
         if agreed is None:
@@ -110,8 +100,8 @@ class ConsensusModel(QAbstractTableModel):
         if [part.name for part in before] != [part.name for part in self._parts]:
             self.beginResetModel()
             self.endResetModel()
-        elif self._parts:
-            self.dataChanged.emit(self.index(0, 0), self.index(len(self._parts) - 1, len(_COLUMNS) - 1))
+        else:
+            self._redraw(range(len(self._parts)))
 
     @Slot(object, object)
     def _on_session_document_changed(self, _before: object, _after: object) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from annotations.prediction.error_table import ErrorsOfVolume, ErrorTable
 from annotations.prediction.error_text import column_title, decimals_of, mean_and_deviation
 from annotations.prediction.prediction_errors import error_figures
 from annotations.prediction.ranking import RankedVolume
+from annotator.panels.table_model import Column
 from annotator.session.judging import Judgement
 
 _RATIO = (
@@ -50,17 +50,11 @@ class ReviewedVolume:
 
 
 @dataclass(frozen=True)
-class Column:
-    """A column of the table.
+class ErrorColumn(Column[ReviewedVolume]):
+    """A column of the table; rows of which `sort` is None come last, whichever way it is sorted.
 
     Attributes
     ----------
-    title, tooltip : str
-    text : callable
-        What stands in it.
-    sort : callable
-        By what it sorts; rows of which it is None come last, whichever way.
-    is_number : bool
     is_beyond : callable
         Whether the error is larger than people's own.
     summary : callable
@@ -69,11 +63,6 @@ class Column:
         What stands below that: how far people are apart.
     """
 
-    title: str
-    tooltip: str
-    text: Callable[[ReviewedVolume], str]
-    sort: Callable[[ReviewedVolume], Any]
-    is_number: bool = True
     is_beyond: Callable[[ReviewedVolume], bool] = lambda _volume: False
     summary: Callable[[Sequence[ReviewedVolume]], str] = lambda _volumes: ""
     people: str = ""
@@ -83,7 +72,7 @@ VOLUME, RANK = 0, 1
 """Places of the columns that every table has first."""
 
 
-def columns_of(table: ErrorTable, *, by_fit: bool) -> tuple[Column, ...]:
+def columns_of(table: ErrorTable, *, by_fit: bool) -> tuple[ErrorColumn, ...]:
     """Return the columns for the targets of a table.
 
     Parameters
@@ -92,7 +81,7 @@ def columns_of(table: ErrorTable, *, by_fit: bool) -> tuple[Column, ...]:
         Of the fitted pose rather than of the predicted keypoints.
     """
     return (
-        Column(
+        ErrorColumn(
             "Volume",
             "A click opens it, and so do the arrow keys",
             lambda volume: volume.label,
@@ -104,21 +93,21 @@ def columns_of(table: ErrorTable, *, by_fit: bool) -> tuple[Column, ...]:
         _rank_column(table),
         *(_target_column(table, name, by_fit) for name in table.by_formulas.targets),
         _keypoints_column(by_fit),
-        Column(
+        ErrorColumn(
             "sure",
             "How sure the network is that the keypoint of which it is least sure is there at all",
             lambda volume: f"{volume.errors.presence:.1%}",
             lambda volume: volume.errors.presence,
             summary=lambda volumes: _summary([volume.errors.presence * 100 for volume in volumes], 1),
         ),
-        Column(
+        ErrorColumn(
             "spread (µm)",
             "How wide the heatmaps are: the other way in which the network says how sure it is",
             lambda volume: _number(volume.errors.spread_um, 0),
             lambda volume: volume.errors.spread_um,
             summary=lambda volumes: _summary([volume.errors.spread_um for volume in volumes], 0),
         ),
-        Column(
+        ErrorColumn(
             "verdict",
             "Who is wrong, as you or others say; * where the annotation has been changed since",
             lambda volume: volume.judgement.words,
@@ -148,10 +137,10 @@ def explained(volume: ReviewedVolume) -> str:
     return "\n".join([*lines, *volume.judgement.lines])
 
 
-def _rank_column(table: ErrorTable) -> Column:
+def _rank_column(table: ErrorTable) -> ErrorColumn:
     if table.human is None:
-        return Column("rank", _RANK, lambda volume: str(volume.rank + 1), lambda volume: -volume.rank)
-    return Column(
+        return ErrorColumn("rank", _RANK, lambda volume: str(volume.rank + 1), lambda volume: -volume.rank)
+    return ErrorColumn(
         "× people",
         _RATIO,
         lambda volume: NOTHING if volume.ranked.ratio is None else f"× {volume.ranked.ratio:,.1f}",
@@ -161,7 +150,7 @@ def _rank_column(table: ErrorTable) -> Column:
     )
 
 
-def _target_column(table: ErrorTable, name: str, by_fit: bool) -> Column:
+def _target_column(table: ErrorTable, name: str, by_fit: bool) -> ErrorColumn:
     decimals = decimals_of(name)
     floors = table.human.targets if table.human is not None else {}
 
@@ -180,7 +169,7 @@ def _target_column(table: ErrorTable, name: str, by_fit: bool) -> Column:
         return value is not None and floor is not None and value > floor
 
     way = _BY_FIT if by_fit else _BY_FORMULAS
-    return Column(
+    return ErrorColumn(
         column_title(name),
         f"Error {way}; {_FLOOR}" if table.human is not None else f"Error {way}",
         text,
@@ -191,7 +180,7 @@ def _target_column(table: ErrorTable, name: str, by_fit: bool) -> Column:
     )
 
 
-def _keypoints_column(by_fit: bool) -> Column:
+def _keypoints_column(by_fit: bool) -> ErrorColumn:
     def mean_um(volume: ReviewedVolume) -> float | None:
         errors = volume.errors
         distances_um = errors.keypoints_by_fit_um if by_fit else errors.keypoints_um
@@ -201,7 +190,7 @@ def _keypoints_column(by_fit: bool) -> Column:
         missing = len(volume.errors.missing)
         return f"{_number(mean_um(volume), 0)}{f', {missing} missing' if missing else ''}"
 
-    return Column(
+    return ErrorColumn(
         "keypoints (µm)",
         f"Mean distance of the keypoints {_BY_FIT}" if by_fit else "Mean distance of the predicted keypoints",
         text,

@@ -3,16 +3,16 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QFont, QGuiApplication
+from PySide6.QtCore import QModelIndex, QObject, Qt, Signal
+from PySide6.QtGui import QGuiApplication
 
 from annotations.prediction.error_table import ErrorTable
 from annotations.prediction.ranking import RankedVolume
 from annotator.looks import theme
-from annotator.panels.errors_columns import RANK, Column, ReviewedVolume, columns_of, explained
+from annotator.panels.errors_columns import RANK, ErrorColumn, ReviewedVolume, columns_of, explained
+from annotator.panels.table_model import RIGHT, Heading, Index, TableModel, bold_font
 from annotator.session.judging import Judgement
 
-Index = QModelIndex | QPersistentModelIndex
 Kind = Literal["all", "unjudged", "judged", "beyond", "missing", "out_of_view"]
 
 KINDS: Mapping[Kind, str] = {
@@ -30,11 +30,9 @@ _OF_PEOPLE = (
     "How far the annotators of the same volumes are apart: of each volume the mean distance from the mean of "
     "all of them, and of these the mean ± standard deviation"
 )
-_ROOT = QModelIndex()
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class ErrorsModel(QAbstractTableModel):
+class ErrorsModel(TableModel):
     """A row for each volume that is shown, in the order in which it is.
 
     It sorts and filters by itself, rather than through a proxy: the rows' order is the one in which a
@@ -53,14 +51,12 @@ class ErrorsModel(QAbstractTableModel):
         self._table: ErrorTable | None = None
         self._all: tuple[ReviewedVolume, ...] = ()
         self._shown: tuple[ReviewedVolume, ...] = ()
-        self._columns: tuple[Column, ...] = ()
+        self._columns: tuple[ErrorColumn, ...] = ()
         self._by_fit = False
         self._text = ""
         self._kind: Kind = "all"
         self._sorted_by = (RANK, Qt.SortOrder.DescendingOrder)
         self._open: str | None = None
-        self._bold = QFont()
-        self._bold.setBold(True)
 
     def show_errors(
         self,
@@ -119,7 +115,7 @@ class ErrorsModel(QAbstractTableModel):
         self._rearrange()
 
     @property
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> tuple[ErrorColumn, ...]:
         """What stands in the columns."""
         return self._columns
 
@@ -153,27 +149,6 @@ class ErrorsModel(QAbstractTableModel):
         """Return the longest text of a column, of all the volumes."""
         return max((self._columns[column].text(each) for each in self._all), key=len, default="")
 
-    def rowCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._shown)
-
-    def columnCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._columns)
-
-    def headerData(
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        if orientation != Qt.Orientation.Horizontal or section >= len(self._columns):
-            return None
-        column = self._columns[section]
-        return {
-            Qt.ItemDataRole.DisplayRole: column.title,
-            Qt.ItemDataRole.ToolTipRole: column.tooltip,
-            # The worst first.
-            Qt.ItemDataRole.InitialSortOrderRole: (
-                Qt.SortOrder.DescendingOrder if column.is_number else Qt.SortOrder.AscendingOrder
-            ),
-        }.get(Qt.ItemDataRole(role))
-
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():
             return None
@@ -182,11 +157,11 @@ class ErrorsModel(QAbstractTableModel):
             case Qt.ItemDataRole.DisplayRole:
                 return column.text(volume)
             case Qt.ItemDataRole.TextAlignmentRole if column.is_number:
-                return _RIGHT
+                return RIGHT
             case Qt.ItemDataRole.ForegroundRole if column.is_beyond(volume):
                 return theme.colors(QGuiApplication.palette()).warning
             case Qt.ItemDataRole.FontRole if volume.volume == self._open:
-                return self._bold
+                return bold_font()
             case Qt.ItemDataRole.ToolTipRole:
                 return explained(volume)
         return None
@@ -219,32 +194,26 @@ class ErrorsModel(QAbstractTableModel):
         self.layoutChanged.emit()
         self.shown_changed.emit()
 
-    def _redraw(self, rows: Iterable[int]) -> None:
-        rows = list(rows)
-        if rows:
-            last = self.index(max(rows), len(self._columns) - 1)
-            self.dataChanged.emit(self.index(min(rows), 0), last)
+    def _row_count(self) -> int:
+        return len(self._shown)
+
+    def _headings(self) -> Sequence[Heading]:
+        return self._columns
 
 
-class SummaryModel(QAbstractTableModel):
+class SummaryModel(TableModel):
     """The figures below a table of errors: of the volumes that are shown, and of people."""
 
     def __init__(self, errors: ErrorsModel, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._errors = errors
         self._rows: Sequence[Sequence[str]] = ()
-        self._columns = 0
+        self._columns: tuple[ErrorColumn, ...] = ()
         errors.shown_changed.connect(self._on_errors_shown_changed)
 
     def widest_text(self, column: int) -> str:
         """Return the longest text of a column."""
         return max((row[column] for row in self._rows), key=len, default="")
-
-    def rowCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._rows)
-
-    def columnCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else self._columns
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():
@@ -252,11 +221,17 @@ class SummaryModel(QAbstractTableModel):
         match role:
             case Qt.ItemDataRole.DisplayRole:
                 return self._rows[index.row()][index.column()]
-            case Qt.ItemDataRole.TextAlignmentRole if self._errors.columns[index.column()].is_number:
-                return _RIGHT
+            case Qt.ItemDataRole.TextAlignmentRole if self._columns[index.column()].is_number:
+                return RIGHT
             case Qt.ItemDataRole.ToolTipRole:
                 return (_OF_SHOWN, _OF_PEOPLE)[index.row()]
         return None
+
+    def _row_count(self) -> int:
+        return len(self._rows)
+
+    def _headings(self) -> Sequence[Heading]:
+        return self._columns
 
     def _on_errors_shown_changed(self) -> None:
         columns = self._errors.columns
@@ -265,7 +240,7 @@ class SummaryModel(QAbstractTableModel):
         if any(people):
             rows.append(people)
         self.beginResetModel()
-        self._rows, self._columns = rows, len(columns)
+        self._rows, self._columns = rows, columns
         self.endResetModel()
 
 

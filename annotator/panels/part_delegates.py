@@ -15,8 +15,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotator.panels.parts_model import SHORT_STATES, STATES, Index, PartsModel
+from annotator.panels.parts_model import SHORT_STATES, STATES, PartsModel
 from annotator.panels.quiet_inputs import QuietComboBox
+from annotator.panels.table_model import Index
 
 _KEEPING_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Tab, Qt.Key.Key_Backtab)
 

@@ -1,10 +1,10 @@
 """What the tables of keypoints and of boxes have in common: a row a part, judged, locked, cleared alike."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Qt, Signal, Slot
 from PySide6.QtGui import QColor, QFont, QGuiApplication
 
 from annotations.documents.annotation import Annotation, Part
@@ -16,11 +16,10 @@ from annotator.looks.icons import icon
 from annotator.looks.swatches import part_swatch
 from annotator.looks.typed_numbers import NotUnderstood
 from annotator.panels.plausibility_color import plausibility_color
+from annotator.panels.table_model import RIGHT, Index, TableModel
 from annotator.session import Session
 from annotator.session.view import View
 
-Index = QModelIndex | QPersistentModelIndex
-_ROOT = QModelIndex()
 _KEYS = 9
 # Nobody has said of these that they are there.
 _UNSEEN = ("fitted", "predicted")
@@ -45,7 +44,7 @@ class PartColumn:
     explanation: str
 
 
-class PartsModel(QAbstractTableModel, Generic[P]):
+class PartsModel(TableModel, Generic[P]):
     """One row a part of the open document, a part on its way in place of the document's own.
 
     A model of keypoints or of boxes says which columns there are and what their numbers are.
@@ -82,12 +81,6 @@ class PartsModel(QAbstractTableModel, Generic[P]):
     def columns_of(self, *kinds: ColumnKind) -> tuple[int, ...]:
         """Return the columns of some kinds, from left to right."""
         return tuple(number for number, column in enumerate(self._columns) if column.kind in kinds)
-
-    def rowCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._shown)
-
-    def columnCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._columns)
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
@@ -148,7 +141,7 @@ class PartsModel(QAbstractTableModel, Generic[P]):
                 muted = theme.colors(QGuiApplication.palette()).muted
                 return part_swatch(QColor(link.color) if link else muted, hollow=part.state == "unplaced")
             case Qt.ItemDataRole.TextAlignmentRole if kind in ("number", "residual"):
-                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                return RIGHT
             case Qt.ItemDataRole.TextAlignmentRole if kind == "state":
                 return Qt.AlignmentFlag.AlignCenter
             case Qt.ItemDataRole.ForegroundRole:
@@ -238,6 +231,12 @@ class PartsModel(QAbstractTableModel, Generic[P]):
 
     # The same for both
 
+    def _row_count(self) -> int:
+        return len(self._shown)
+
+    def _column_count(self) -> int:
+        return len(self._columns)
+
     def _type(self, part: P, column: int, text: str) -> bool:
         # What is shown is rounded; leaving it as it is must not round the number.
         if text == self._edit_text(part, column):
@@ -326,10 +325,6 @@ class PartsModel(QAbstractTableModel, Generic[P]):
 
     def _part(self, row: int) -> P:
         return self._shown[row]
-
-    def _redraw(self, rows: Iterable[int]) -> None:
-        for row in rows:
-            self.dataChanged.emit(self.index(row, 0), self.index(row, self.columnCount() - 1))
 
     def _look_up(self) -> tuple[tuple[P, ...], frozenset[str]]:
         """Return the parts as shown, and the names of those that the document does not have like that yet."""

@@ -1,18 +1,15 @@
 """The volumes of a study as a reviewer meets them: those that need a reviewer most come first."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt
-from PySide6.QtGui import QColor, QFont, QGuiApplication
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtGui import QColor, QGuiApplication
 
 from annotations.agreement.triage import Settled, TriageEntry
 from annotator.looks import theme
+from annotator.panels.table_model import RIGHT, SORT_ROLE, Column, Heading, Index, TableModel, bold_font
 
-Index = QModelIndex | QPersistentModelIndex
-SORT_ROLE = Qt.ItemDataRole.UserRole + 1
-_ROOT = QModelIndex()
 _NOTHING = "–"
 _FLAGGED = " ⚑"
 _SETTLED: dict[Settled, str] = {"no": "no", "in_progress": "in progress", "stale": "stale", "done": "done"}
@@ -21,59 +18,52 @@ _ORDER: tuple[Settled, ...] = ("no", "in_progress", "stale", "done")
 _STANDS_OUT = 3.0
 
 
-@dataclass(frozen=True)
-class _Column:
-    title: str
-    tooltip: str
-    text: Callable[[TriageEntry], str]
-    sort: Callable[[TriageEntry], Any]
-    is_number: bool = False
-
-
 _COLUMNS = (
-    _Column(
+    Column[TriageEntry](
         "Volume",
         "Enter or a double click opens its consensus",
         lambda entry: f"{entry.volume}{_FLAGGED if entry.flags else ''}",
         lambda entry: entry.volume.casefold(),
+        is_number=False,
     ),
-    _Column(
+    Column[TriageEntry](
         "Apart",
         "How far the annotators are apart, as a multiple of what is usual in this study",
         lambda entry: f"× {entry.disagreement:.1f}" if entry.disagreement else _NOTHING,
         lambda entry: entry.disagreement,
-        is_number=True,
     ),
-    _Column(
+    Column[TriageEntry](
         "Residual",
         "By how much the tool, fitted to the annotation that it fits worst, misses what is placed",
         lambda entry: _NOTHING if entry.residual_um is None else f"{entry.residual_um:,.0f} µm",
         lambda entry: -1.0 if entry.residual_um is None else entry.residual_um,
-        is_number=True,
     ),
-    _Column(
+    Column[TriageEntry](
         "Settled",
         "How far the consensus is; stale where an annotation was changed after it had been settled",
         lambda entry: _SETTLED[entry.settled],
         lambda entry: _ORDER.index(entry.settled),
+        is_number=False,
     ),
-    _Column(
+    Column[TriageEntry](
         "Flags",
         "Why annotators say that somebody should look at it",
         lambda entry: _flags(entry, "; "),
         lambda entry: (-len(entry.flags), _flags(entry, "; ")),
+        is_number=False,
     ),
-    _Column(
+    Column[TriageEntry](
         "Why",
         "What explains the disagreement",
         lambda entry: "; ".join(entry.reasons),
         lambda entry: "; ".join(entry.reasons),
+        is_number=False,
     ),
 )
 VOLUME, APART, RESIDUAL, SETTLED, FLAGS, WHY = range(len(_COLUMNS))
 
 
-class TriageModel(QAbstractTableModel):
+class TriageModel(TableModel):
     """A row for each volume of a triage, in its order."""
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -85,9 +75,7 @@ class TriageModel(QAbstractTableModel):
         """List the volumes of a triage; what has changed of the same ones is drawn in place."""
         before, self._entries = self._entries, tuple(entries)
         if [each.volume for each in before] == [each.volume for each in self._entries]:
-            for row, entry in enumerate(self._entries):
-                if entry != before[row]:
-                    self._redraw(row)
+            self._redraw(row for row, entry in enumerate(self._entries) if entry != before[row])
             return
         self.beginResetModel()
         self.endResetModel()
@@ -101,25 +89,7 @@ class TriageModel(QAbstractTableModel):
         if volume_id == self._open:
             return
         before, self._open = self._open, volume_id
-        for row, entry in enumerate(self._entries):
-            if entry.volume in (before, volume_id):
-                self._redraw(row)
-
-    def rowCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._entries)
-
-    def columnCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(_COLUMNS)
-
-    def headerData(
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        if orientation != Qt.Orientation.Horizontal:
-            return None
-        column = _COLUMNS[section]
-        return {Qt.ItemDataRole.DisplayRole: column.title, Qt.ItemDataRole.ToolTipRole: column.tooltip}.get(
-            Qt.ItemDataRole(role)
-        )
+        self._redraw(row for row, entry in enumerate(self._entries) if entry.volume in (before, volume_id))
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():
@@ -131,19 +101,20 @@ class TriageModel(QAbstractTableModel):
             case Qt.ItemDataRole.DisplayRole:
                 return column.text(entry)
             case Qt.ItemDataRole.TextAlignmentRole if column.is_number:
-                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                return RIGHT
             case Qt.ItemDataRole.ForegroundRole:
                 return _color(entry, index.column())
             case Qt.ItemDataRole.FontRole if entry.volume == self._open:
-                font = QFont()
-                font.setBold(True)
-                return font
+                return bold_font()
             case Qt.ItemDataRole.ToolTipRole:
                 return _explained(entry)
         return None
 
-    def _redraw(self, row: int) -> None:
-        self.dataChanged.emit(self.index(row, 0), self.index(row, len(_COLUMNS) - 1))
+    def _row_count(self) -> int:
+        return len(self._entries)
+
+    def _headings(self) -> Sequence[Heading]:
+        return _COLUMNS
 
 
 def _flags(entry: TriageEntry, between: str) -> str:

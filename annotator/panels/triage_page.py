@@ -13,7 +13,8 @@ from PySide6.QtWidgets import (
 
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
-from annotator.panels.triage_model import FLAGS, SORT_ROLE, WHY, TriageModel
+from annotator.panels.table_model import SORT_ROLE
+from annotator.panels.triage_model import FLAGS, WHY, TriageModel
 from annotator.session import Session
 
 _INVITATION = "Ranks the volumes: what needs a reviewer first, by flags, disagreement and how the tool fits."

@@ -1,19 +1,23 @@
 """The volumes to annotate as a list: status as a mark, label, flag, and the time spent."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, QPointF, Qt, Slot
-from PySide6.QtGui import QColor, QFont, QGuiApplication, QIcon, QPainter, QPen, QPixmap
+from PySide6.QtCore import QObject, QPointF, Qt, Slot
+from PySide6.QtGui import QColor, QGuiApplication, QIcon, QPainter, QPen, QPixmap
 
 from annotator.looks import theme
 from annotator.looks.durations import duration
+from annotator.panels.table_model import RIGHT, Heading, Index, TableModel, bold_font
 from annotator.session import Session
 from annotator.session.worklist import ItemStatus, WorkItem
 
-Index = QModelIndex | QPersistentModelIndex
-_ROOT = QModelIndex()
 _WORDS: dict[ItemStatus, str] = {"new": "to do", "in_progress": "in progress", "done": "done"}
-_COLUMNS = ("Volume", "", "Time")
+_COLUMNS = (
+    Heading("Volume", ""),
+    Heading("", "Flag"),
+    Heading("Time", "Time spent at work, in minutes and seconds"),
+)
 VOLUME, FLAG, TIME = range(len(_COLUMNS))
 
 
@@ -22,7 +26,7 @@ def status_words(status: ItemStatus) -> str:
     return _WORDS[status]
 
 
-class WorklistModel(QAbstractTableModel):
+class WorklistModel(TableModel):
     """The session's items in their order; in blind work nothing tells which volume one is."""
 
     def __init__(self, session: Session, parent: QObject | None = None) -> None:
@@ -40,23 +44,12 @@ class WorklistModel(QAbstractTableModel):
         """Return what a row is about."""
         return self._items[row]
 
-    def rowCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(self._items)
-
-    def columnCount(self, parent: Index = _ROOT) -> int:
-        return 0 if parent.isValid() else len(_COLUMNS)
-
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> Any:
-        if orientation == Qt.Orientation.Horizontal:
-            if role == Qt.ItemDataRole.DisplayRole:
-                return _COLUMNS[section]
-            if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleTextRole) and section == FLAG:
-                return "Flag"
-            if role == Qt.ItemDataRole.ToolTipRole and section == TIME:
-                return "Time spent at work, in minutes and seconds"
-        return None
+        # The flag's heading has no words, for there is no room for them.
+        is_read_out = role == Qt.ItemDataRole.AccessibleTextRole and section == FLAG
+        return super().headerData(section, orientation, Qt.ItemDataRole.ToolTipRole if is_read_out else role)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():
@@ -74,14 +67,18 @@ class WorklistModel(QAbstractTableModel):
             case Qt.ItemDataRole.DecorationRole if column == FLAG and item.flag is not None:
                 return _flag()
             case Qt.ItemDataRole.TextAlignmentRole if column == TIME:
-                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                return RIGHT
             case Qt.ItemDataRole.FontRole if is_current:
-                font = QFont()
-                font.setBold(True)
-                return font
+                return bold_font()
             case Qt.ItemDataRole.ToolTipRole:
                 return self._tool_tip(item)
         return None
+
+    def _row_count(self) -> int:
+        return len(self._items)
+
+    def _headings(self) -> Sequence[Heading]:
+        return _COLUMNS
 
     def _words(self, item: WorkItem) -> str:
         # Nobody expects annotations of their own of whoever reviews.
@@ -111,8 +108,7 @@ class WorklistModel(QAbstractTableModel):
         rows = {row for row, item in enumerate(items) if item != before[row]}
         if current != was_current:
             rows |= {row for row in (was_current, current) if row is not None}
-        for row in sorted(rows):
-            self.dataChanged.emit(self.index(row, 0), self.index(row, len(_COLUMNS) - 1))
+        self._redraw(sorted(rows))
 
 
 def _listed(item: WorkItem) -> object:
