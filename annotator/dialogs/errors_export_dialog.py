@@ -1,10 +1,6 @@
 """Which forms of the report on a checkpoint's errors are written, and where."""
 
 from collections.abc import Mapping
-from datetime import datetime
-from pathlib import Path
-
-from PySide6.QtWidgets import QWidget
 
 from annotations.prediction.report.file_names import REPORT_NAMES, ReportForm
 from annotator.dialogs.report_export_dialog import Form, ReportExportDialog, ReportWords
@@ -30,24 +26,8 @@ _EXPLAINED: Mapping[ReportForm, tuple[str, str]] = {
 _FORMS = tuple(Form(form, title, REPORT_NAMES[form], words) for form, (title, words) in _EXPLAINED.items())
 
 
-class ErrorsExportDialog(ReportExportDialog):
-    """Asks for the report's forms and its folder.
+class ErrorsExportDialog(ReportExportDialog[ReportForm]):
+    """Asks for the forms of the report on errors, and for its folder."""
 
-    Parameters
-    ----------
-    folder : Path
-        Where the report is offered to be.
-    computed_at : datetime or None
-        When the figures were computed, where something has changed since.
-    """
-
-    def __init__(
-        self, folder: Path, parent: QWidget | None = None, *, computed_at: datetime | None = None
-    ) -> None:
-        super().__init__(_WORDS, _FORMS, folder, parent, computed_at=computed_at)
-
-    @property
-    def forms(self) -> frozenset[ReportForm]:
-        """What is to be written."""
-        wanted = self.wanted
-        return frozenset(form for form in _EXPLAINED if wanted[form])
+    words = _WORDS
+    offered = _FORMS

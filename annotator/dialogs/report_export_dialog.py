@@ -1,10 +1,11 @@
 """Which forms of a report are written, and where: asked the same way whatever is reported."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from PySide6.QtCore import Signal, Slot
 from PySide6.QtWidgets import (
@@ -29,13 +30,17 @@ _NOT_WRITABLE = "You may not write there: choose another folder."
 _IN_THE_WAY = "There is a file of that name: choose another folder."
 
 
+F = TypeVar("F", bound=str)
+
+
 @dataclass(frozen=True)
-class Form:
+class Form(Generic[F]):
     """A form in which a report can be written.
 
     Attributes
     ----------
     key : str
+        What the form is known by.
     title : str
         Of its check box.
     file_name : str
@@ -43,7 +48,7 @@ class Form:
     explanation : str
     """
 
-    key: str
+    key: F
     title: str
     file_name: str
     explanation: str
@@ -68,13 +73,18 @@ class ReportWords:
     outdated: str
 
 
-class ReportExportDialog(QDialog):
+class ReportExportDialog(QDialog, Generic[F]):
     """Asks for a report's forms and its folder; writes nothing itself.
+
+    Attributes
+    ----------
+    words : ReportWords
+        A dialog of its own for each kind of report says these.
+    offered : sequence of Form
+        And in which forms there is that report.
 
     Parameters
     ----------
-    words : ReportWords
-    forms : sequence of Form
     folder : Path
         Where the report is offered to be.
     computed_at : datetime or None
@@ -86,19 +96,15 @@ class ReportExportDialog(QDialog):
         The figures are to be computed again, and nothing is to be written now.
     """
 
+    words: ReportWords
+    offered: Sequence[Form[F]]
     compute_requested = Signal()
 
     def __init__(
-        self,
-        words: ReportWords,
-        forms: Sequence[Form],
-        folder: Path,
-        parent: QWidget | None = None,
-        *,
-        computed_at: datetime | None = None,
+        self, folder: Path, parent: QWidget | None = None, *, computed_at: datetime | None = None
     ) -> None:
         super().__init__(parent)
-        self._forms = tuple(forms)
+        words = self.words
         self.setObjectName(f"{words.name}_dialog")
         self.setWindowTitle(words.title)
         self.setSizeGripEnabled(True)
@@ -129,8 +135,8 @@ class ReportExportDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addWidget(Heading("Write the report"))
         layout.addWidget(self._stale)
-        self._boxes: dict[str, QCheckBox] = {}
-        for form in self._forms:
+        self._boxes: dict[F, QCheckBox] = {}
+        for form in self.offered:
             box = named(QCheckBox(form.title), f"{words.name}_{form.key}", tooltip=form.explanation)
             box.setChecked(True)
             box.toggled.connect(self._draw)
@@ -157,9 +163,9 @@ class ReportExportDialog(QDialog):
         return Path(self._folder.text().strip())
 
     @property
-    def wanted(self) -> Mapping[str, bool]:
-        """Which forms are to be written, by their keys."""
-        return {key: box.isChecked() for key, box in self._boxes.items()}
+    def forms(self) -> frozenset[F]:
+        """In which forms it is to be written."""
+        return frozenset(form for form, box in self._boxes.items() if box.isChecked())
 
     @Slot()
     def _on_again_clicked(self) -> None:
@@ -177,15 +183,14 @@ class ReportExportDialog(QDialog):
         problem = self._problem_now()
         self._problem.setText(problem)
         self._problem.setVisible(bool(problem))
-        wanted = self.wanted
-        names = [form.file_name for form in self._forms if wanted[form.key]]
+        names = [form.file_name for form in self.offered if form.key in self.forms]
         there = [name for name in names if (self.folder / name).exists()]
         self._replaced.setText(f"Replaces what is there: {', '.join(there)}.")
         self._replaced.setVisible(bool(there) and not problem)
         self._ok.setEnabled(not problem)
 
     def _problem_now(self) -> str:
-        if not any(self.wanted.values()):
+        if not self.forms:
             return _NOTHING_CHOSEN
         if not self._folder.text().strip():
             return _NO_FOLDER

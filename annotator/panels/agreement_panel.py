@@ -82,6 +82,7 @@ class AgreementPanel(QWidget):
         layout.addWidget(self._tabs, 1)
         layout.addStretch()
         session.agreeing.changed.connect(self._draw)
+        session.agreement_reporting.changed.connect(self._draw)
         session.others.changed.connect(self._on_others_changed)
         session.seeing.permission_changed.connect(self._draw)
         session.view_changed.connect(self._on_session_view_changed)
@@ -240,7 +241,8 @@ class AgreementPanel(QWidget):
         self._draw_state()
         self._compute.setText("&Cancel" if agreeing.is_computing else "&Compute")
         self._compute.setEnabled(agreeing.is_computing or not refusal)
-        may_export = result is not None and not agreeing.export_refusal and not agreeing.is_exporting
+        is_exporting = self._session.agreement_reporting.is_exporting
+        may_export = result is not None and not agreeing.export_refusal and not is_exporting
         self._export.setEnabled(may_export)
         self._export.setToolTip(agreeing.export_refusal or "Write the report into files")
         self._tabs.setVisible(result is not None or self._session.volume is not None)

@@ -1,8 +1,7 @@
-"""The session's agreement: how far apart the annotators of the open study or folder are, and its report."""
+"""The session's agreement: how far apart the annotators of the open study or folder are."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,26 +28,8 @@ _NEVER = "In this study annotators do not see each other's work: its reviewers d
 _UNFINISHED = (
     "You see how far apart the annotators are once your own work in this study is done: {} to do by {}"
 )
-HTML_NAME, CSV_NAME, JSON_NAME, PDF_NAME = (
-    "agreement.html",
-    "agreement-csv",
-    "agreement.json",
-    "agreement.pdf",
-)
-"""What a report's files, and the folder of its tables, are called."""
-
 _SHOWS_ALL = "the comparison shows what the others found in volumes that are not done by you"
 _REVIEWERS_EXPORT = "The report of this study is exported by its reviewers"
-
-
-@dataclass(frozen=True)
-class Formats:
-    """In which forms a report is written."""
-
-    html: bool = True
-    csv: bool = True
-    json: bool = True
-    pdf: bool = True
 
 
 class Agreeing(QObject):
@@ -66,13 +47,10 @@ class Agreeing(QObject):
         changed.
     computed
         A comparison has succeeded.
-    exported : tuple of Path
-        A report is written, all of it.
     """
 
     changed = Signal()
     computed = Signal()
-    exported = Signal(object)
 
     def __init__(self, session: SessionSaving, user_tool_folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -87,7 +65,6 @@ class Agreeing(QObject):
         self._looking: Job | None = None
         self._after_looking: list[Callable[[], object]] = []
         self._computing: Job | None = None
-        self._exporting: Job | None = None
         self._ids: Remembered[Mapping[str, str]] = Remembered()
         self._placed: Remembered[Mapping[str, int]] = Remembered()
         session.worklist_changed.connect(self._on_session_worklist_changed)
@@ -157,11 +134,6 @@ class Agreeing(QObject):
     def is_computing(self) -> bool:
         """Whether a comparison is under way."""
         return self._computing is not None
-
-    @property
-    def is_exporting(self) -> bool:
-        """Whether a report is being written."""
-        return self._exporting is not None
 
     @property
     def refusal(self) -> str:
@@ -252,23 +224,6 @@ class Agreeing(QObject):
         if self._computing is not None:
             self._session.jobs.cancel(self._computing)
 
-    def export(self, folder: Path, formats: Formats) -> None:
-        """Write the report of the result into a folder, all of it or nothing; ``exported`` follows."""
-        result, source = self._result, self._folder
-        if result is None or source is None or self._exporting is not None:
-            return
-        if self.export_refusal:
-            self._session.post_message(self.export_refusal)
-            return
-        self._exporting = self._session.jobs.start(
-            "Writing the report",
-            lambda progress, cancelled: _written(result, source, folder, formats, progress, cancelled),
-            done=self._on_job_exported,
-            failed=self._on_job_export_failed,
-            cancelled=self._on_job_export_cancelled,
-        )
-        self.changed.emit()
-
     def _take(self, marks: FileMarks, result: "Agreement", folder: Path) -> None:
         self._computing = None
         if folder != annotated_folder(self._session.worklist):
@@ -284,36 +239,17 @@ class Agreeing(QObject):
         self._result = self._folder = self._computed_at = None
         self._is_stale = self._has_changed_files = False
 
-    def _fail(self, error: Exception) -> None:
-        self.changed.emit()
-        if isinstance(error, UserError):
-            self._session.report(error)
-        else:
-            raise error
-
     def _on_job_failed(self, error: Exception) -> None:
         self._computing = None
-        self._fail(error)
+        self.changed.emit()
+        if not isinstance(error, UserError):
+            raise error
+        self._session.report(error)
 
     def _on_job_cancelled(self) -> None:
         if self._computing is not None and self._computing.state == "cancelled":
             self._computing = None
             self.changed.emit()
-
-    def _on_job_exported(self, paths: tuple[Path, ...]) -> None:
-        self._exporting = None
-        self._session.post_message(f"The report is written: {', '.join(str(path) for path in paths)}")
-        self.changed.emit()
-        self.exported.emit(paths)
-
-    def _on_job_export_failed(self, error: Exception) -> None:
-        self._exporting = None
-        self._fail(error)
-
-    def _on_job_export_cancelled(self) -> None:
-        self._exporting = None
-        self._session.post_message("Cancelled: nothing was written")
-        self.changed.emit()
 
     def _on_session_worklist_changed(self) -> None:
         if self._folder is not None and (
@@ -382,25 +318,3 @@ def _compared_marks(folder: Path, own: frozenset[str]) -> FileMarks:
 
     files, _ = files_of_study(folder) if (folder / STUDY_FILE).is_file() else files_below(folder)
     return file_marks(folder / each for each in files if Path(each).parent.name not in own)
-
-
-def _written(
-    result: "Agreement",
-    source: Path,
-    folder: Path,
-    formats: Formats,
-    progress: Callable[[float], None],
-    cancelled: Callable[[], bool],
-) -> tuple[Path, ...]:
-    from annotations.agreement.report.exporting import export  # late: few sessions export
-
-    return export(
-        result,
-        source,
-        html=folder / HTML_NAME if formats.html else None,
-        csv=folder / CSV_NAME if formats.csv else None,
-        json=folder / JSON_NAME if formats.json else None,
-        pdf=folder / PDF_NAME if formats.pdf else None,
-        progress=progress,
-        cancelled=cancelled,
-    )

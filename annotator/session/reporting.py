@@ -5,13 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
-from annotations.errors import UserError
 from annotations.prediction.report.file_names import ReportForm, report_paths
 from annotator.session.agreeing import Agreeing
-from annotator.session.jobs import Job
 from annotator.session.judging import Judging
+from annotator.session.report_writing import ReportWriting
 from annotator.session.reviewing import Reviewing
 from annotator.session.saving import SessionSaving
 
@@ -22,19 +21,8 @@ _NOT_COMPUTED = "Compute the errors first"
 _UNDER_WAY = "A report on the errors is being written already"
 
 
-class Reporting(QObject):
-    """Writes the report on what was computed last, in the background.
-
-    Signals
-    -------
-    changed
-        ``is_exporting`` or ``refusal`` may have changed.
-    exported : tuple of Path
-        A report is written, all of it.
-    """
-
-    changed = Signal()
-    exported = Signal(object)
+class Reporting(ReportWriting):
+    """Writes the report on the errors that were computed last; signals: see `ReportWriting`."""
 
     def __init__(
         self,
@@ -44,12 +32,10 @@ class Reporting(QObject):
         agreeing: Agreeing,
         parent: QObject | None = None,
     ) -> None:
-        super().__init__(parent)
-        self._session = session
+        super().__init__(session, parent)
         self._reviewing = reviewing
         self._judging = judging
         self._agreeing = agreeing
-        self._job: Job | None = None
         reviewing.changed.connect(self.changed)
 
     @property
@@ -60,15 +46,10 @@ class Reporting(QObject):
             return self._reviewing.refusal or _NOT_COMPUTED
         return self._agreeing.export_refusal
 
-    @property
-    def is_exporting(self) -> bool:
-        """Whether a report is being written."""
-        return self._job is not None
-
     def export(self, folder: Path, forms: Collection[ReportForm]) -> None:
         """Write the report into a folder, all of it or nothing; ``exported`` follows."""
         review = self._reviewing.review
-        if review is None or self.refusal or self._job is not None:
+        if review is None or self.refusal or self.is_exporting:
             self._session.post_message(self.refusal or _UNDER_WAY)
             return
         judged = zip(review.checkpoints, review.material.checkpoints, strict=True)
@@ -79,38 +60,10 @@ class Reporting(QObject):
             if each.table.rows
         )
         material, source = replace(review.material, checkpoints=checkpoints), review.folder
-        self._job = self._session.jobs.start(
+        self._write(
             "Writing the report on the errors",
             lambda progress, cancelled: _written(material, source, folder, forms, progress, cancelled),
-            done=self._on_job_done,
-            failed=self._on_job_failed,
-            cancelled=self._on_job_cancelled,
         )
-        self.changed.emit()
-
-    def cancel(self) -> None:
-        """Give up what is being written: nothing is left of it."""
-        if self._job is not None:
-            self._session.jobs.cancel(self._job)
-
-    def _end(self) -> None:
-        self._job = None
-        self.changed.emit()
-
-    def _on_job_done(self, paths: tuple[Path, ...]) -> None:
-        self._end()
-        self._session.post_message(f"The report is written: {', '.join(str(path) for path in paths)}")
-        self.exported.emit(paths)
-
-    def _on_job_failed(self, error: Exception) -> None:
-        self._end()
-        if not isinstance(error, UserError):
-            raise error
-        self._session.report(error)
-
-    def _on_job_cancelled(self) -> None:
-        self._end()
-        self._session.post_message("Cancelled: nothing was written")
 
 
 def _written(

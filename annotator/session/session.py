@@ -14,6 +14,7 @@ from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotator.session.agreeing import Agreeing
+from annotator.session.agreement_reporting import AgreementReporting
 from annotator.session.calibrating import Calibrating
 from annotator.session.checkpoints import Checkpoints
 from annotator.session.deriving import Deriving
@@ -60,6 +61,7 @@ class Session(SessionStepping):
         self._opener.spacing_requested.connect(self.spacing_requested)
         self._opener.dataset_requested.connect(self.dataset_requested)
         self.agreeing = Agreeing(self, options.user_tool_folder, self)
+        self.agreement_reporting = AgreementReporting(self, self.agreeing, self)
         self.studies = Studies(self, self.reread_worklist, self._raise_error, options.user_tool_folder, self)
         self.calibrating = Calibrating(
             self, lambda: not self.agreeing.refusal, options.user_tool_folder, self._raise_error, self

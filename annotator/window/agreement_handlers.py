@@ -2,31 +2,14 @@
 
 from collections.abc import Callable, Mapping
 
-from PySide6.QtWidgets import QDockWidget, QWidget
-
-from annotator.session import Session
-from annotator.window.questions import Questions
+from annotator.window.dock_handlers import DockHandlers
 
 _REPORT_FOLDER = "agreement"
 _NOT_COMPUTED = "Compute the agreement first"
 
 
-class AgreementHandlers:
-    """Turns menu entries into wishes about the agreement.
-
-    Parameters
-    ----------
-    window : QWidget
-        Parent of the dialog.
-    dock : QDockWidget
-        The agreement's panel, which comes to the front when something is computed.
-    """
-
-    def __init__(self, session: Session, questions: Questions, window: QWidget, dock: QDockWidget) -> None:
-        self._session = session
-        self._questions = questions
-        self._window = window
-        self._dock = dock
+class AgreementHandlers(DockHandlers):
+    """Turns menu entries into wishes about the agreement; its panel comes to the front with its figures."""
 
     def by_name(self) -> Mapping[str, Callable[[], object]]:
         """Return the handlers by the names of their actions."""
@@ -46,17 +29,16 @@ class AgreementHandlers:
     def _ask_for_forms(self) -> None:
         from annotator.dialogs.agreement_export_dialog import AgreementExportDialog  # late: few export
 
-        agreeing = self._session.agreeing
+        agreeing, reporting = self._session.agreeing, self._session.agreement_reporting
         if agreeing.folder is None:
             return
         is_old = agreeing.is_stale or agreeing.has_changed_files
         at = agreeing.computed_at if is_old else None
         dialog = AgreementExportDialog(agreeing.folder / _REPORT_FOLDER, self._window, computed_at=at)
         dialog.compute_requested.connect(self._compute)
-        dialog.accepted.connect(lambda: agreeing.export(dialog.folder, dialog.formats))
+        dialog.accepted.connect(lambda: reporting.export(dialog.folder, dialog.forms))
         self._questions.show(dialog)
 
     def _compute(self) -> None:
-        self._dock.setVisible(True)
-        self._dock.raise_()
+        self._show_dock()
         self._session.agreeing.compute()

@@ -2,31 +2,22 @@
 
 from collections.abc import Callable, Mapping
 
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QDockWidget, QWidget
 
 from annotations.errors import UserError
 from annotator.session import Session
+from annotator.window.dock_handlers import DockHandlers
 from annotator.window.questions import Questions
 
 
-class ConsensusHandlers(QObject):
+class ConsensusHandlers(DockHandlers):
     """Turns menu entries into wishes about the consensus and the export for training.
 
-    Parameters
-    ----------
-    window : QWidget
-        Parent of the dialogs.
-    dock : QDockWidget
-        The consensus's panel, which comes to the front when something is settled or ranked.
+    The consensus's panel comes to the front when something is settled or ranked.
     """
 
     def __init__(self, session: Session, questions: Questions, window: QWidget, dock: QDockWidget) -> None:
-        super().__init__(window)
-        self._session = session
-        self._questions = questions
-        self._window = window
-        self._dock = dock
+        super().__init__(session, questions, window, dock)
         session.exporting.exported.connect(self._on_exporting_exported)
         session.exporting.failed.connect(self._on_exporting_failed)
 
@@ -47,10 +38,6 @@ class ConsensusHandlers(QObject):
     def _rank(self) -> None:
         self._show_dock()
         self._session.settling.triage()
-
-    def _show_dock(self) -> None:
-        self._dock.setVisible(True)
-        self._dock.raise_()
 
     def _export(self) -> None:
         from annotator.dialogs.training_export_dialog import TrainingExportDialog  # late: few export

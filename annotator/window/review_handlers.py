@@ -3,31 +3,14 @@
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from PySide6.QtWidgets import QDockWidget, QWidget
-
 from annotator.actions.predictions_table import VERDICT_TITLES
-from annotator.session import Session
-from annotator.window.questions import Questions
+from annotator.window.dock_handlers import DockHandlers
 
 _REPORT_FOLDER = "errors"
 
 
-class ReviewHandlers:
-    """Turns menu entries into wishes about the review.
-
-    Parameters
-    ----------
-    window : QWidget
-        Parent of the dialog.
-    dock : QDockWidget
-        The panel of the predictions, which comes to the front when errors are computed.
-    """
-
-    def __init__(self, session: Session, questions: Questions, window: QWidget, dock: QDockWidget) -> None:
-        self._session = session
-        self._questions = questions
-        self._window = window
-        self._dock = dock
+class ReviewHandlers(DockHandlers):
+    """Turns menu entries into wishes about the review; the predictions' panel comes to the front."""
 
     def by_name(self) -> Mapping[str, Callable[[], object]]:
         """Return the handlers by the names of their actions."""
@@ -57,6 +40,5 @@ class ReviewHandlers:
         self._questions.show(dialog)
 
     def _compute(self) -> None:
-        self._dock.setVisible(True)
-        self._dock.raise_()
+        self._show_dock()
         self._session.reviewing.compute()

@@ -87,6 +87,15 @@ def session(qtbot: QtBot, empty_session: Session, volume_path: Path) -> Session:
 
 
 @pytest.fixture
+def rita(qtbot: QtBot, options: SessionOptions, folder: Path) -> Iterator[Session]:
+    """The session of somebody who does not annotate in the study ``folder``, with its first volume open."""
+    session = Session(replace(options, annotator_name="rita"))
+    open_and_wait(qtbot, session, folder)
+    yield session
+    session.shut_down()
+
+
+@pytest.fixture
 def boxes_session(qtbot: QtBot, options: SessionOptions, volume_path: Path) -> Iterator[Session]:
     """A session with the small volume open, its document one of boxes."""
     session = Session(replace(options, method="boxes"))

@@ -28,9 +28,8 @@ def export_errors(
 ) -> tuple[Path, ...]:
     """Write the errors of checkpoints in the wished formats.
 
-    Everything is made in memory before the first file is written. Each file, and the folder of CSV files as
-    a whole, then takes its place in one step: whatever fails or is killed, what is there is whole, old or
-    new.
+    As in `annotations.agreement.report.exporting.export`, everything is made before the first file is
+    written.
 
     Parameters
     ----------
@@ -42,10 +41,8 @@ def export_errors(
     places : mapping of str to Path
         The wished forms, and the file of each, as by `report_paths`; of ``csv`` a folder: absent, empty, or
         one of an earlier export.
-    progress : callable
-        Told the share of the work that is done, from 0 to 1.
-    cancelled : callable
-        Asked again and again while pictures are made, and before the first file is written.
+    progress, cancelled : callable
+        As there.
 
     Returns
     -------

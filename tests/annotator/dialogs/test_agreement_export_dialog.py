@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
 from annotator.dialogs.agreement_export_dialog import AgreementExportDialog
-from annotator.session.agreeing import Formats
 
 FORMS = ("html", "csv", "json", "pdf")
 
@@ -50,7 +49,7 @@ def test_everything_is_offered_and_one_click_takes_it(
     qtbot.mouseClick(ok(dialog), Qt.MouseButton.LeftButton)
 
     assert dialog.result() == AgreementExportDialog.DialogCode.Accepted
-    assert dialog.formats == Formats()
+    assert dialog.forms == set(FORMS)
     assert dialog.folder == tmp_path / "agreement"
     assert list(tmp_path.glob("agreement*")) == []
 
@@ -59,7 +58,7 @@ def test_everything_is_offered_and_one_click_takes_it(
 def test_each_form_can_be_left_out(dialog: AgreementExportDialog, form: str) -> None:
     box(dialog, form).setChecked(False)
 
-    assert [each for each in FORMS if not getattr(dialog.formats, each)] == [form]
+    assert set(FORMS) - dialog.forms == {form}
     assert ok(dialog).isEnabled()
 
 

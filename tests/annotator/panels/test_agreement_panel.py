@@ -1,6 +1,5 @@
 """The panel of the agreement: figures first, volumes that open with everybody over them, whom to draw."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -38,15 +37,6 @@ LEFT = Qt.MouseButton.LeftButton
 def folder(tmp_path: Path) -> Path:
     """A study that anna, ben and chloe have done by both methods."""
     return write_compared(tmp_path / "study", methods=("keypoints", "boxes"))
-
-
-@pytest.fixture
-def rita(qtbot: QtBot, options: SessionOptions, folder: Path) -> Iterator[Session]:
-    """The session of somebody who does not annotate in the study, with its first volume open."""
-    session = Session(replace(options, annotator_name="rita"))
-    open_and_wait(qtbot, session, folder)
-    yield session
-    session.shut_down()
 
 
 def shown(qtbot: QtBot, session: Session) -> AgreementPanel:

@@ -1,7 +1,6 @@
 """The panel of predictions: the errors as they are in the files, the walk through them, verdicts, plots."""
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,15 +50,6 @@ TARGETS = ("position (mm)", "orientation (°)", "θ1 (°)", "θ2 (°)")
 def folder(tmp_path: Path) -> Path:
     """The study that was predicted; of one volume the last keypoint was not found."""
     return write_reviewed(tmp_path / "study", lacking=True)
-
-
-@pytest.fixture
-def rita(qtbot: QtBot, options: SessionOptions, folder: Path) -> Iterator[Session]:
-    """The session of somebody who does not annotate in the study, with its first volume open."""
-    session = Session(replace(options, annotator_name="rita"))
-    open_and_wait(qtbot, session, folder)
-    yield session
-    session.shut_down()
 
 
 @pytest.fixture

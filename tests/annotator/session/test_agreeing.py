@@ -1,7 +1,5 @@
-"""The comparison of annotators in the session: who may see it, what of it is shown, and its report."""
+"""The comparison of annotators in the session: who may see it, and what of it is shown."""
 
-import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,15 +7,12 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from annotations.agreement.comparison import agreement_of
-from annotations.agreement.report.exporting import export
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
 from annotations.documents.study import StudyError, ViewingRules, annotation_path, load_study, save_study
-from annotations.durable_files import SaveError
 from annotations.errors import Cancelled
 from annotator.session import Session
 from annotator.session import agreeing as agreeing_module
-from annotator.session.agreeing import CSV_NAME, HTML_NAME, JSON_NAME, PDF_NAME, Formats
 from annotator.session.options import SessionOptions
 from tests.annotator.compared_study import IDS, WORST, write_compared
 from tests.annotator.conftest import open_and_wait
@@ -27,15 +22,6 @@ from tests.annotator.conftest import open_and_wait
 def folder(tmp_path: Path) -> Path:
     """A study that anna, ben and chloe have done."""
     return write_compared(tmp_path / "study")
-
-
-@pytest.fixture
-def rita(qtbot: QtBot, options: SessionOptions, folder: Path) -> Iterator[Session]:
-    """The session of somebody who does not annotate in the study, with its first volume open."""
-    session = Session(replace(options, annotator_name="rita"))
-    open_and_wait(qtbot, session, folder)
-    yield session
-    session.shut_down()
 
 
 def compute(qtbot: QtBot, session: Session) -> None:
@@ -172,8 +158,8 @@ def test_an_annotator_whose_work_is_done_sees_it_and_does_not_export_it(
     compute(qtbot, empty_session)
 
     assert "reviewers" in empty_session.agreeing.export_refusal
-    empty_session.agreeing.export(folder / "report", Formats())
-    assert not empty_session.agreeing.is_exporting
+    empty_session.agreement_reporting.export(folder / "report", {"json"})
+    assert not empty_session.agreement_reporting.is_exporting
     assert not (folder / "report").exists()
 
 
@@ -234,46 +220,6 @@ def test_blind_annotators_read_neutral_numbers(qtbot: QtBot, empty_session: Sess
 
     labels = [empty_session.agreeing.volume_label(each) for each in (*IDS, "elsewhere")]
     assert labels == ["Volume 1", "Volume 2", "Volume 3", "A volume of this study"]
-
-
-# The report
-
-
-def test_the_report_is_the_librarys(qtbot: QtBot, rita: Session, folder: Path, tmp_path: Path) -> None:
-    compute(qtbot, rita)
-    result = rita.agreeing.result
-    assert result is not None
-    with qtbot.waitSignal(rita.agreeing.exported, timeout=120_000) as written:
-        rita.agreeing.export(tmp_path / "report", Formats(html=False, pdf=False))
-    export(result, folder, csv=tmp_path / "same" / CSV_NAME, json=tmp_path / "same" / JSON_NAME)
-
-    assert set(written.args[0]) == {tmp_path / "report" / CSV_NAME, tmp_path / "report" / JSON_NAME}
-    files = {path.relative_to(tmp_path / "same"): path for path in (tmp_path / "same").rglob("*.*")}
-    assert len(files) > 1
-    for name, path in files.items():
-        assert (tmp_path / "report" / name).read_bytes() == path.read_bytes()
-    assert json.loads((tmp_path / "report" / JSON_NAME).read_text())["annotators"] == ["anna", "ben", "chloe"]
-    assert not (tmp_path / "report" / HTML_NAME).exists()
-    assert not (tmp_path / "report" / PDF_NAME).exists()
-
-
-def test_a_report_that_cannot_be_written_leaves_nothing_and_says_so(
-    qtbot: QtBot, rita: Session, tmp_path: Path
-) -> None:
-    compute(qtbot, rita)
-    (tmp_path / "file").write_text("in the way")
-    with qtbot.waitSignal(rita.error_raised, timeout=60_000) as raised:
-        rita.agreeing.export(tmp_path / "file", Formats(html=False, pdf=False))
-
-    assert isinstance(raised.args[0], SaveError)
-    assert not rita.agreeing.is_exporting
-    assert (tmp_path / "file").read_text() == "in the way"
-
-
-def test_nothing_is_exported_before_anything_is_computed(rita: Session, tmp_path: Path) -> None:
-    rita.agreeing.export(tmp_path / "report", Formats())
-
-    assert not rita.agreeing.is_exporting
 
 
 def test_changed_files_of_others_are_noticed_and_ones_own_are_known_otherwise(

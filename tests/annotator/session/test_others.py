@@ -1,6 +1,5 @@
 """The others' annotations: there where they are wanted and allowed, and nowhere else."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,15 +23,6 @@ ALL = ("anna", "ben", "chloe")
 def folder(tmp_path: Path) -> Path:
     """A study that anna, ben and chloe have done."""
     return write_compared(tmp_path / "study", methods=("keypoints", "boxes"))
-
-
-@pytest.fixture
-def rita(qtbot: QtBot, options: SessionOptions, folder: Path) -> Iterator[Session]:
-    """The session of somebody who does not annotate in the study, with its first volume open."""
-    session = Session(replace(options, annotator_name="rita"))
-    open_and_wait(qtbot, session, folder)
-    yield session
-    session.shut_down()
 
 
 def want(qtbot: QtBot, session: Session) -> None:

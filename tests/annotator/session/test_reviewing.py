@@ -1,7 +1,5 @@
 """What checkpoints are worth, as the session computes it, follows it and walks through it."""
 
-from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -29,15 +27,6 @@ from tests.annotator.reviewed_study import (
 def folder(tmp_path: Path) -> Path:
     """The study that was predicted."""
     return write_reviewed(tmp_path / "study")
-
-
-@pytest.fixture
-def rita(qtbot: QtBot, options: SessionOptions, folder: Path) -> Iterator[Session]:
-    """The session of somebody who does not annotate in the study, with its first volume open."""
-    session = Session(replace(options, annotator_name="rita"))
-    open_and_wait(qtbot, session, folder)
-    yield session
-    session.shut_down()
 
 
 def opened(qtbot: QtBot, session: Session, volume: str) -> None:

@@ -109,7 +109,7 @@ def test_from_the_figures_to_the_worst_volume_and_the_report(
     folder = dialog.findChild(QLineEdit, "agreement_export_folder")
     assert folder is not None
     folder.setText(str(tmp_path / "report"))
-    with qtbot.waitSignal(rita.agreeing.exported, timeout=180_000):
+    with qtbot.waitSignal(rita.agreement_reporting.exported, timeout=180_000):
         person.click(dialog, "agreement_export_ok")
     report, same = tmp_path / "report", tmp_path / "same"
     export(result, rita.agreeing.folder, csv=same / "agreement-csv", json=same / "agreement.json")
