@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from annotations.volumes.volume import Array, Volume
+from annotations.volumes.volume import Array, Region, Volume
 
 _BLOCKS = 64
 _BLOCK_BYTES = 64 << 10
@@ -45,22 +45,33 @@ def fingerprint(volume: Volume) -> str:
         starts = list(range(0, total, run))
     else:
         starts = [block * (total - run) // (_BLOCKS - 1) for block in range(_BLOCKS)]
-    for start in starts:
-        values = _run(volume, start, min(start + run, total))
+    runs = [(start, min(start + run, total)) for start in starts]
+    # From a disk that has not read them before, all at once come in a tenth of the time of one by one.
+    for first, stop in runs:
+        for region in _regions(volume, first, stop):
+            volume.prefetch(region)
+    for first, stop in runs:
+        values = _run(volume, first, stop)
         digest.update(np.ascontiguousarray(values, hashed.newbyteorder("<")).tobytes())
     return digest.hexdigest()
 
 
 def _run(volume: Volume, start: int, stop: int) -> Array:
     """Return the voxels from one place to another in the file's own order, shape (stop - start,)."""
+    parts = [volume.read(region) for region in _regions(volume, start, stop)]
     if volume.fortran_order:
-        boxes = _boxes(volume.shape[::-1], start, stop)
-        parts = [volume.read((third, second, first)).transpose() for first, second, third in boxes]
-    else:
-        parts = [
-            volume.read((first, second, third)) for first, second, third in _boxes(volume.shape, start, stop)
-        ]
+        parts = [part.transpose() for part in parts]
     return np.concatenate([part.ravel() for part in parts])
+
+
+def _regions(volume: Volume, start: int, stop: int) -> Iterator[Region]:
+    """Cut a run of voxels in the file's own order into regions."""
+    if volume.fortran_order:
+        for first, second, third in _boxes(volume.shape[::-1], start, stop):
+            yield (third, second, first)
+    else:
+        for first, second, third in _boxes(volume.shape, start, stop):
+            yield (first, second, third)
 
 
 def _boxes(shape: Sequence[int], start: int, stop: int) -> Iterator[tuple[slice, ...]]:

@@ -179,12 +179,12 @@ def intensity_window(level: Level) -> tuple[float, float]:
     values and NaN do not count. The result is finite and its first number is the smaller one, whatever the
     level holds.
     """
-    values = _finite_samples(level)
-    if values.size == 0:
+    samples = _finite_samples(level)
+    if samples.size == 0:
         return (0.0, 1.0)
-    low, high = (float(value) for value in np.percentile(values, _WINDOW_PERCENT))
+    low, high = (samples.percentile(percent) for percent in _WINDOW_PERCENT)
     if low >= high:
-        low, high = float(values.min()), float(values.max())
+        low, high = float(samples.values[0]), float(samples.values[-1])
     if low >= high:
         # A constant volume is drawn black, and one grey value above it white.
         high = low + max(1.0, abs(low) * 1e-6)
@@ -202,20 +202,58 @@ def surface_threshold(level: Level) -> float:
     """
     low, high = intensity_window(level)
     least, most = (low + share * (high - low) for share in _THRESHOLD_SHARES)
-    values = _finite_samples(level)
-    values = values[values > values.min()] if values.size else values
-    if values.size == 0:
+    samples = _finite_samples(level)
+    samples = samples.above(samples.values[0]) if samples.size else samples
+    if samples.size == 0:
         return least
-    median = float(np.median(values))
-    sigma = _SIGMAS_PER_DEVIATION * float(np.median(np.abs(values - median)))
+    median = samples.percentile(50.0)
+    sigma = _SIGMAS_PER_DEVIATION * samples.deviations_from(median).percentile(50.0)
     return float(np.clip(median + _SPECKLE_SIGMAS * sigma, least, most))
 
 
-def _finite_samples(level: Level) -> NDArray[np.float64]:
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Values in ascending order, and how often each of them occurs."""
+
+    values: NDArray[np.float64]
+    counts: NDArray[np.intp]
+
+    @property
+    def size(self) -> int:
+        return int(self.counts.sum())
+
+    def percentile(self, percent: float) -> float:
+        """Return what NumPy's function of this name does: between two ranks, it interpolates."""
+        place = percent / 100.0 * (self.size - 1)
+        rank = math.floor(place)
+        upto = np.cumsum(self.counts)
+        below, above = self.values[np.searchsorted(upto, (rank, min(rank + 1, upto[-1] - 1)), side="right")]
+        return float(below + (place - rank) * (above - below))
+
+    def above(self, value: float) -> "_Samples":
+        """Return those that are greater."""
+        first = int(np.searchsorted(self.values, value, side="right"))
+        return _Samples(self.values[first:], self.counts[first:])
+
+    def deviations_from(self, value: float) -> "_Samples":
+        """Return how far each is from a value."""
+        deviations = np.abs(self.values - value)
+        order = np.argsort(deviations)
+        return _Samples(deviations[order], self.counts[order])
+
+
+def _finite_samples(level: Level) -> _Samples:
     """Return enough of a level's finite values for statistics."""
     values = level.data.reshape(-1)
     values = values[:: max(1, values.size // _WINDOW_SAMPLES)]
-    return values[np.isfinite(values)].astype(np.float64)
+    if values.dtype.kind in "iu":
+        # Of the 8 and 16 bits that a level has, counting takes a tenth of the time of sorting.
+        least = int(values.min())
+        counts = np.bincount(values.astype(np.intp) - least)
+        found = np.flatnonzero(counts)
+        return _Samples((found + least).astype(np.float64), counts[found])
+    ordered = np.sort(values[np.isfinite(values)]).astype(np.float64)
+    return _Samples(ordered, np.ones(len(ordered), np.intp))
 
 
 def _factors_for(side_um: float, lengths: Sequence[int], spacing: Array) -> tuple[int, int, int]:

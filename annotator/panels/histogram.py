@@ -51,6 +51,10 @@ def intensity_histogram(data: NDArray[Any]) -> IntensityHistogram:
     """Count the finite intensities of an array, every so many voxels of a large one."""
     flat = data.reshape(-1)
     sample = flat[:: max(1, flat.size // _SAMPLES)]
+    if sample.dtype == np.uint8:
+        # Counting bytes, and then the 256 values into bins, takes a tenth of the time.
+        counts, _ = np.histogram(np.arange(256), _BINS, (0, 255), weights=np.bincount(sample, minlength=256))
+        return IntensityHistogram(counts, 0.0, 255.0, True)
     # Doubles, because single precision cannot part a narrow range of large values into bins.
     finite = sample[np.isfinite(sample)].astype(np.float64)
     if not finite.size:
