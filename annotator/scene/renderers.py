@@ -17,6 +17,13 @@ _SOFTWARE = re.compile(
     r"llvmpipe|softpipe|swrast|\bSWR\b|OSMesa|software|Microsoft Basic Render|GDI Generic", re.IGNORECASE
 )
 
+# OpenGL's names, which VTK's wrapping of it leaves out.
+_GL_READ_FRAMEBUFFER = 0x8CA8
+_GL_DRAW_FRAMEBUFFER = 0x8CA9
+_GL_BACK = 0x0405
+_GL_COLOR_BUFFER_BIT = 0x4000
+_GL_NEAREST = 0x2600
+
 
 def is_software(renderer_name: str) -> bool:
     """Say whether OpenGL's name for its renderer is that of one without a GPU."""
@@ -48,12 +55,13 @@ class Renderers:
         self._camera = overlays.GetActiveCamera()
         self._camera.SetViewAngle(VIEW_ANGLE_DEG)
         self._volume.SetActiveCamera(self._camera)
-        self._kept = vtk.vtkImageData()
-        texture = vtk.vtkTexture()
-        texture.SetInputData(self._kept)
-        texture.InterpolateOff()
-        self._volume.SetBackgroundTexture(texture)
+        # In OpenGL's own memory, copied there and back: as a texture behind the volume it takes three times
+        # as long without a GPU.
+        self._kept = vtk.vtkOpenGLFramebufferObject()
         self._kept_key: Hashable = None
+        self._shows_kept = False
+        self._volume.AddObserver("EndEvent", self._on_volume_drawn)
+        self._brings_frames = window.IsA("vtkXOpenGLRenderWindow")
         self.volume_draws = 0
 
     def renderer_name(self) -> str:
@@ -100,7 +108,8 @@ class Renderers:
             Whether the volume is drawn as it will stay; only then its picture is worth keeping.
         """
         key = (camera, ground, look, tuple(self._window.GetSize()))
-        fresh = key != self._kept_key
+        # With its window, OpenGL's memory goes.
+        fresh = key != self._kept_key or not self._kept.GetFBOIndex()
         if fresh:
             self._kept_key = None
             self.volume_draws += 1
@@ -108,18 +117,18 @@ class Renderers:
             self._volume.SetBackground(*ground)
         self._overlays.SetDraw(overlays and not (fresh and final))
         self._show(behind, as_kept=not fresh)
-        if not (fresh and final):
+        if fresh and final:
+            # Brought to the screen only when the overlays are there too: nothing flickers.
+            self._render()
+            self._keep()
+            self._kept_key = key
+            self._overlays.SetDraw(overlays)
+            self._show(behind, as_kept=True)
+        if self._brings_frames:
+            self._render()
+            self._bring_to_screen()
+        else:
             self._window.Render()
-            return
-        # Swapped to the screen only when the overlays are there too: nothing flickers.
-        self._window.SwapBuffersOff()
-        self._window.Render()
-        self._window.SwapBuffersOn()
-        self._keep()
-        self._kept_key = key
-        self._overlays.SetDraw(overlays)
-        self._show(behind, as_kept=True)
-        self._window.Render()
 
     def _aim(self, camera: Camera) -> None:
         self._camera.SetFocalPoint(camera.focal_um)
@@ -130,15 +139,56 @@ class Renderers:
         self._camera.SetClippingRange(camera.clipping_um)
 
     def _show(self, behind: Sequence[vtk.vtkProp], *, as_kept: bool) -> None:
-        self._volume.SetTexturedBackground(as_kept)
+        self._shows_kept = as_kept
         for actor in self._volume.GetViewProps():
             actor.SetVisibility(not as_kept and actor in behind)
 
+    def _render(self) -> None:
+        """Draw into memory alone."""
+        self._window.SwapBuffersOff()
+        self._window.Render()
+        self._window.SwapBuffersOn()
+
+    def _bring_to_screen(self) -> None:
+        """Copy what was drawn to the screen at once: VTK takes a copy between, 6 ms without a GPU."""
+        window, state = self._window, self._window.GetState()
+        state.PushFramebufferBindings()
+        window.GetRenderFramebuffer().Bind(_GL_READ_FRAMEBUFFER)
+        window.GetRenderFramebuffer().ActivateReadBuffer(0)
+        state.vtkglBindFramebuffer(_GL_DRAW_FRAMEBUFFER, 0)
+        state.vtkglDrawBuffer(_GL_BACK)
+        self._blit()
+        state.PopFramebufferBindings()
+        window.SetFrameBlitModeToNoBlit()
+        window.Frame()
+        window.SetFrameBlitModeToBlitToHardware()
+
     def _keep(self) -> None:
         width, height = self._window.GetSize()
-        # An array of its own each time: the texture notices another array, not other values in the same.
-        pixels = vtk.vtkUnsignedCharArray()
-        self._window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
-        self._kept.SetDimensions(width, height, 1)
-        self._kept.GetPointData().SetScalars(pixels)
-        self._kept.Modified()
+        if self._kept.GetFBOIndex():
+            self._kept.Resize(width, height)
+        else:
+            self._kept.SetContext(self._window)
+            # Colours alone, in a texture that nobody samples.
+            self._kept.PopulateFramebuffer(width, height, True, 1, vtk.VTK_UNSIGNED_CHAR, False, 0, 0)
+        self._copy(self._window.GetRenderFramebuffer(), self._kept)
+
+    def _on_volume_drawn(self, _renderer: object, _event: str) -> None:
+        """Lay the kept picture over the ground that alone was drawn."""
+        if self._shows_kept:
+            self._copy(self._kept, self._window.GetRenderFramebuffer())
+
+    def _copy(self, source: vtk.vtkOpenGLFramebufferObject, target: vtk.vtkOpenGLFramebufferObject) -> None:
+        state = self._window.GetState()
+        state.PushFramebufferBindings()
+        source.Bind(_GL_READ_FRAMEBUFFER)
+        source.ActivateReadBuffer(0)
+        target.Bind(_GL_DRAW_FRAMEBUFFER)
+        target.ActivateDrawBuffer(0)
+        self._blit()
+        state.PopFramebufferBindings()
+
+    def _blit(self) -> None:
+        width, height = self._window.GetSize()
+        area = (0, width, 0, height)
+        vtk.vtkOpenGLFramebufferObject.Blit(area, area, _GL_COLOR_BUFFER_BIT, _GL_NEAREST)
