@@ -22,6 +22,9 @@ PORTION_BYTES = 16 * 2**20
 PORTION_BYTES_HELD = 4 * 2**20
 # How many slices are foreseen where each costs its own reading.
 SLICES_AHEAD = 4
+# Once the file is in memory, each further slice of a reading takes half as long as the first: scrolling has
+# to stop at so many of them to be worth reading those between.
+_WORTH_A_BLOCK = 3
 
 
 @dataclass(frozen=True)
@@ -85,18 +88,16 @@ class ReadingPlan:
         step : int
             How far, and which way, the last scrolling went; 0 after a jump.
         """
-        blocks = [self._block(index)] if self.together > 1 else []
-        if 0 < abs(step) <= self.together and self.together > 1:
-            edge = blocks[0].stop if step > 0 else blocks[0].start - 1
-            wanted = [edge]
-        else:
-            wanted = [index + step * count for count in range(1, SLICES_AHEAD + 1)] if step else []
-        for other in wanted:
-            if 0 <= other < self.count:
-                block = self._block(other) if abs(step) <= self.together else self.first(other)
-                if block not in blocks:
-                    blocks.append(block)
-        return tuple(blocks)
+        stops = 1 if self.chunk is not None else _WORTH_A_BLOCK
+        if self.together > 1 and stops * abs(step) <= self.together:
+            own = self._block(index)
+            edge = own.stop if step > 0 else own.start - 1
+            wanted = [own]
+            if step and 0 <= edge < self.count:
+                wanted.append(self._block(edge))
+            return tuple(wanted)
+        others = [index + step * count for count in range(1, SLICES_AHEAD + 1)] if step else []
+        return tuple(dict.fromkeys(self.first(other) for other in others if 0 <= other < self.count))
 
     def _block(self, index: int) -> range:
         chunk = self.chunk or self.together
@@ -134,25 +135,27 @@ def read_slices(
     VolumeError
         The file cannot be read.
     """
-    shape = tuple(length for axis, length in enumerate(volume.shape) if axis != plan.axis)
-    slices = memory((len(indices), shape[0], shape[1]), volume.dtype)
+    first, second = (axis for axis in range(3) if axis != plan.axis)
+    shape = (volume.shape[first], volume.shape[second])
+    slices = [_laid_out(shape, volume.dtype, transposed=transposed) for _ in indices]
     length = volume.shape[plan.portion_axis]
     edges = [*range(0, length, plan.portion), length]
     region = [slice(None), slice(None), slice(None)]
     region[plan.axis] = slice(indices.start, indices.stop)
-    rows_first = plan.portion_axis == min(axis for axis in range(3) if axis != plan.axis)
+    rows_first = plan.portion_axis == first
     for start, stop in pairwise(edges):
         if given_up():
             return None
         region[plan.portion_axis] = slice(start, stop)
-        part = np.moveaxis(volume.read((region[0], region[1], region[2])), plan.axis, 0)
-        for target, source in zip(slices, part, strict=True):
-            # Copying is what touches a mapped file; numpy lets other threads run meanwhile.
+        part = volume.read((region[0], region[1], region[2]))
+        if plan.chunk is None:
+            # Touches a mapped file once for all slices; numpy lets other threads run meanwhile.
+            part = part.copy(order="K")
+        for target, source in zip(slices, np.moveaxis(part, plan.axis, 0), strict=True):
             target[(slice(start, stop), slice(None)) if rows_first else (slice(None), slice(start, stop))] = (
                 source
             )
-    # Reading straight into turned slices would take three times as long as turning them in memory.
-    return [_alone(one.T).T if transposed else _alone(one) for one in slices]
+    return slices
 
 
 def memory(shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
@@ -169,10 +172,8 @@ def memory(shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
     return np.frombuffer(pages, dtype, count).reshape(shape)
 
 
-def _alone(part: NDArray[Any]) -> NDArray[Any]:
-    copy = memory(part.shape, part.dtype)
-    copy[...] = part
-    return copy
+def _laid_out(shape: tuple[int, int], dtype: np.dtype[Any], *, transposed: bool) -> NDArray[Any]:
+    return memory((shape[1], shape[0]), dtype).T if transposed else memory(shape, dtype)
 
 
 def _strides(shape: tuple[int, int, int], item: int, fortran_order: bool) -> tuple[int, int, int]:

@@ -129,6 +129,14 @@ def test_one_slice_is_wanted_first_then_its_neighbours_and_those_that_scrolling_
     assert plan.ahead(1151, 1) == (range(1148, 1152),)
 
 
+def test_fast_scrolling_reads_only_where_it_stops() -> None:
+    plan = ReadingPlan.of(_full(), 2)
+
+    assert plan.ahead(500, 7) == tuple(range(index, index + 1) for index in (507, 514, 521, 528))
+    assert plan.ahead(500, -5)[0] == range(495, 496)
+    assert ReadingPlan.of(_full((4, 64, 64)), 0).ahead(6, 3) == (range(4, 8), range(8, 12))
+
+
 def test_across_the_slow_axis_single_slices_are_foreseen() -> None:
     plan = ReadingPlan.of(_full(), 0)
 
