@@ -12,6 +12,15 @@ from tvtk.api import tvtk
 from tvtk.pyface.api import Scene
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+# What Mayavi's scene is made of. Each is compiled when it is first asked for: better now, in the thread that
+# imports this module, than when the scene is built and the window stands still.
+for _name in (
+    "Actor AlgorithmOutput Axes CellPicker Coordinate OpenGLCamera OpenGLProperty OpenGLRenderWindow "
+    "OpenGLTextActor PointPicker PolyData PolyDataMapper TextRepresentation TextWidget WorldPointPicker "
+    "XOpenGLRenderWindow"
+).split():
+    getattr(tvtk, _name, None)
+
 
 class Canvas(QObject):
     """Mayavi's scene without its tool bars, its mouse and its keys.

@@ -1,5 +1,6 @@
 """Long work off the GUI thread: started here, shown with its progress, cancelled by a person."""
 
+import math
 import queue
 import threading
 import time
@@ -14,6 +15,8 @@ from annotations.errors import Cancelled
 _THREADS = 3
 # A slab or a slice is read well within this; what takes longer is given up.
 _PATIENCE_S = 2.0
+# A bar that moves more often is no smoother, and drawing it takes the time from the first pictures.
+_PROGRESS_EVERY_S = 0.1
 
 JobState = Literal["running", "done", "cancelled", "failed"]
 Result = TypeVar("Result")
@@ -90,7 +93,7 @@ class Jobs(QObject):
         cancelled: Callable[[], None] | None = None,
         shown: bool = True,
     ) -> Job:
-        """Run ``work(progress, cancelled)`` in a thread.
+        """Run ``work(progress, cancelled)`` in a thread; progress is announced ten times a second at most.
 
         Then, in this object's thread, ``done(result)`` or ``failed(exception)`` is called, or for a job that
         was cancelled, ``cancelled()``.
@@ -99,8 +102,14 @@ class Jobs(QObject):
         self._running.append(job)
         self.job_changed.emit(job)
 
+        told_s = -math.inf
+
         def report(progress: float) -> None:
-            self._deliver(lambda: self._advance(job, progress))
+            nonlocal told_s
+            now_s = time.monotonic()
+            if progress >= 1.0 or now_s - told_s >= _PROGRESS_EVERY_S:
+                told_s = now_s
+                self._deliver(lambda: self._advance(job, progress))
 
         def run() -> None:
             try:

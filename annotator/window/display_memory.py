@@ -1,5 +1,7 @@
 """Carries how volumes are looked at from one volume, and one start, to the next."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from PySide6.QtCore import QObject, QTimer
 
@@ -53,10 +55,22 @@ class DisplayMemory(QObject):
         else:
             self._settings.remember_display_window(volume.dtype.name, view.window)
 
+    @property
+    def is_owed(self) -> bool:
+        """Whether the open volume is to be drawn otherwise than the view says before it is restored."""
+        view = self._session.view
+        return any(getattr(view, name) != value for name, value in self._kept_looks().items())
+
     def _restore(self) -> None:
+        if looks := self._kept_looks():
+            self._session.look(**looks)
+            self._window_is_chosen = False
+
+    def _kept_looks(self) -> Mapping[str, object]:
+        """Return what the settings say of how the open volume is drawn, by the names of `View`."""
         volume, level = self._session.volume, self._session.slice_level
         if volume is None or level is None:
-            return
+            return {}
         colormap = self._settings.colormap
         changes: dict[str, object] = {
             "rendering": self._settings.rendering,
@@ -67,8 +81,7 @@ class DisplayMemory(QObject):
         window = self._settings.display_window(volume.dtype.name)
         if window is not None and window[0] < np.nanmax(level.data) and window[1] > np.nanmin(level.data):
             changes["window"] = window
-        self._session.look(**changes)
-        self._window_is_chosen = False
+        return changes
 
     def _on_session_volume_changed(self) -> None:
         self._window_is_chosen = False
