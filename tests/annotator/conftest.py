@@ -4,6 +4,7 @@ import gc
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -13,6 +14,11 @@ from annotations.volumes import write_sidecar
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.settings import Settings
+
+# The modules below begin with this one.
+if TYPE_CHECKING:
+    from annotations.prediction.checkpoint import Checkpoint
+    from tests.annotator.predicted_study import KnownNetwork
 
 SHAPE = (40, 60, 50)
 SPACING_UM = (15.9, 13.5, 9.4)
@@ -102,3 +108,33 @@ def boxes_session(qtbot: QtBot, options: SessionOptions, volume_path: Path) -> I
     open_and_wait(qtbot, session, volume_path)
     yield session
     session.shut_down()
+
+
+@pytest.fixture(scope="session")
+def predicted_study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A study as by `write_predicted_study`, to be copied."""
+    from tests.annotator.predicted_study import write_predicted_study
+
+    return write_predicted_study(tmp_path_factory.mktemp("predicted") / "study")
+
+
+@pytest.fixture(scope="session")
+def checkpoint() -> "Checkpoint":
+    """The checkpoint that ships."""
+    from annotations.prediction.checkpoint import load_checkpoint
+    from annotations.prediction.shipped import shipped_checkpoint
+
+    path = shipped_checkpoint("magnetic-forceps")
+    assert path is not None
+    return load_checkpoint(path)
+
+
+@pytest.fixture
+def network(monkeypatch: pytest.MonkeyPatch, checkpoint: "Checkpoint", folder: Path) -> "KnownNetwork":
+    """What predicts in the study ``folder`` in place of any checkpoint."""
+    from annotations.prediction import inference_process
+    from tests.annotator.predicted_study import KnownNetwork
+
+    network = KnownNetwork(checkpoint, folder)
+    monkeypatch.setattr(inference_process, "InferenceProcess", lambda _path, sha256: network)
+    return network

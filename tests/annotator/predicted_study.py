@@ -1,10 +1,11 @@
 """A small synthetic study whose truth is known, and a network that says what the test wants."""
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from pytestqt.qtbot import QtBot
 
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
@@ -19,8 +20,13 @@ from annotations.prediction.volume_heatmaps import VolumeHeatmaps
 from annotations.prediction.volume_prediction import reference_to_checkpoint
 from annotations.synthesis.synthetic_study import write_study
 from annotations.volumes import SpacingUm, fingerprint, open_volume
+from annotator.session import Session
 from tests.annotations.prediction.made_predictions import made_prediction
 
+NAME = "magnetic-forceps"
+"""Of the checkpoint that ships, and so of the folder of its predictions."""
+
+LONG_MS = 60_000
 IDS = ("v001", "v002", "v003")
 # Fine enough for the network that ships.
 SHAPE = (64, 150, 90)
@@ -97,3 +103,31 @@ class KnownNetwork:
 
     def close(self) -> None:
         pass
+
+
+def settle(qtbot: QtBot, session: Session) -> None:
+    """Wait until nothing is under way."""
+    qtbot.waitUntil(lambda: not session.jobs.running, timeout=LONG_MS)
+
+
+def opened(qtbot: QtBot, session: Session, path: Path, person: str = "rita") -> Session:
+    """Open something as somebody."""
+    session.set_annotator_name(person)
+    with qtbot.waitSignal(session.volume_changed, check_params_cb=lambda: session.volume is not None):
+        session.open_path(path)
+    settle(qtbot, session)
+    return session
+
+
+def predict(qtbot: QtBot, session: Session, indices: Sequence[int]) -> None:
+    """Let the checkpoint in use predict volumes by their places in the list."""
+    session.predicting.predict(indices)
+    qtbot.waitUntil(lambda: not session.predicting.is_predicting, timeout=LONG_MS)
+    settle(qtbot, session)
+
+
+def messages_of(session: Session) -> list[str]:
+    """Return a list to which whatever the status line says from now on is added."""
+    said: list[str] = []
+    session.message_posted.connect(said.append)
+    return said

@@ -17,19 +17,6 @@ GRID = "#d9d9d9"
 _COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 # No disc: over an image it would be taken for a keypoint of one's own, and all forms are the same in both.
 _MARKERS = ("*", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h")
-MARK_NAMES = {
-    "*": "star",
-    "s": "square",
-    "^": "triangle",
-    "D": "diamond",
-    "v": "triangle pointing down",
-    "P": "plus",
-    "X": "cross",
-    "<": "triangle pointing left",
-    ">": "triangle pointing right",
-    "p": "pentagon",
-    "h": "hexagon",
-}
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,6 @@
 """Checkpoints in a session: what they predict, what is shown of it, and what is made of it."""
 
 import shutil
-import signal
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,87 +8,30 @@ import pytest
 
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
-from annotations.documents.recovery import find_recoveries
-from annotations.documents.standing import standing
 from annotations.documents.study import ViewingRules, load_study, save_study
 from annotations.errors import UserError
 from annotations.geometry.angles import angle_deg
-from annotations.prediction import inference_process
-from annotations.prediction.checkpoint import CheckpointError, load_checkpoint
+from annotations.prediction.checkpoint import CheckpointError
 from annotations.prediction.inference_process import InferenceCrashed
 from annotations.prediction.prediction_file import load_prediction, study_prediction_path
-from annotations.prediction.shipped import shipped_checkpoint
 from annotations.prediction.study_errors import Truth, kept_predictions, study_errors
 from annotator.session import Session
 from tests.annotations.prediction.tiny_networks import save_tiny
-from tests.annotator.predicted_study import IDS, OFF_UM, KnownNetwork, true_um, write_predicted_study
-
-NAME = "magnetic-forceps"
-LONG_MS = 60_000
-
-
-@pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    return write_predicted_study(tmp_path_factory.mktemp("predicted") / "study")
-
-
-@pytest.fixture
-def folder(tmp_path, written):
-    return shutil.copytree(written, tmp_path / "study")
-
-
-@pytest.fixture(scope="module")
-def checkpoint():
-    return load_checkpoint(shipped_checkpoint(NAME))
-
-
-@pytest.fixture
-def network(monkeypatch, checkpoint, folder):
-    network = KnownNetwork(checkpoint, folder)
-    monkeypatch.setattr(inference_process, "InferenceProcess", lambda _path, sha256: network)
-    return network
-
-
-def settle(qtbot, session):
-    qtbot.waitUntil(lambda: not session.jobs.running, timeout=LONG_MS)
-
-
-def opened(qtbot, session, path, person="rita"):
-    session.set_annotator_name(person)
-    with qtbot.waitSignal(session.volume_changed, check_params_cb=lambda: session.volume is not None):
-        session.open_path(path)
-    settle(qtbot, session)
-    return session
-
-
-@pytest.fixture
-def reviewing(qtbot, empty_session, folder):
-    """A session of somebody who only reviews, the first volume open."""
-    return opened(qtbot, empty_session, folder)
-
-
-@pytest.fixture
-def predicting(qtbot, network, reviewing, checkpoint):
-    """Its predictions, with the checkpoint in use."""
-    reviewing.predicting.load(checkpoint)
-    settle(qtbot, reviewing)
-    return reviewing.predicting
-
-
-def predict(qtbot, session, indices):
-    session.predicting.predict(indices)
-    qtbot.waitUntil(lambda: not session.predicting.is_predicting, timeout=LONG_MS)
-    settle(qtbot, session)
+from tests.annotator.predicted_study import (
+    IDS,
+    LONG_MS,
+    NAME,
+    OFF_UM,
+    messages_of,
+    opened,
+    predict,
+    settle,
+    true_um,
+)
 
 
 def path_of(folder, volume_id):
     return study_prediction_path(folder, NAME, volume_id)
-
-
-def messages_of(session):
-    said = []
-    session.message_posted.connect(said.append)
-    return said
 
 
 def errors_of(session) -> list[UserError]:
@@ -410,114 +350,6 @@ class TestShown:
         settle(qtbot, reviewing)
         assert predicting.shown.whose == ""
         assert predicting.shown.errors == {}
-
-
-class TestStarting:
-    def test_it_is_one_edit_that_can_be_undone(self, qtbot, reviewing, predicting):
-        predict(qtbot, reviewing, [0])
-        before = reviewing.document
-        predicting.start_from_prediction()
-        assert {standing(part) for part in reviewing.document.parts} == {"predicted"}
-        assert reviewing.document.positions_um == predicting.prediction.positions_um
-        assert reviewing.document.predicted_from.checkpoint == NAME
-        assert reviewing.undo_stack.count() == 1
-        reviewing.undo()
-        assert reviewing.document is before
-        reviewing.redo()
-        assert reviewing.document.predicted_from is not None
-
-    def test_touching_a_keypoint_makes_it_the_persons_own(self, qtbot, reviewing, predicting):
-        predict(qtbot, reviewing, [0])
-        predicting.start_from_prediction()
-        reviewing.place((1000.0, 1000.0, 1000.0), "dragged", "k1")
-        assert [part.source for part in reviewing.document.parts][:2] == ["predicted", "dragged"]
-
-    def test_accepting_leaves_what_was_touched_and_is_undone_at_once(self, qtbot, reviewing, predicting):
-        predict(qtbot, reviewing, [0])
-        predicting.start_from_prediction()
-        reviewing.place((1000.0, 1000.0, 1000.0), "dragged", "k1")
-        before = reviewing.document
-        predicting.accept_predicted()
-        after = reviewing.document
-        assert after.part("k1") == before.part("k1")
-        assert {part.source for part in after.parts} == {"adopted", "dragged"}
-        assert after.part("k0").adopted_from == NAME
-        assert after.positions_um == before.positions_um
-        assert {standing(part) for part in after.parts} == {"counted"}
-        reviewing.undo()
-        assert reviewing.document is before
-
-    def test_calling_one_placed_accepts_it_alone(self, qtbot, reviewing, predicting):
-        predict(qtbot, reviewing, [0])
-        predicting.start_from_prediction()
-        reviewing.set_state("k2", "placed")
-        assert [part.source for part in reviewing.document.parts].count("adopted") == 1
-
-    def test_the_time_is_counted(self, qtbot, reviewing, predicting):
-        predict(qtbot, reviewing, [0])
-        before = reviewing.active_seconds
-        qtbot.wait(150)
-        predicting.start_from_prediction()
-        assert reviewing.active_seconds > before
-
-    def test_it_is_told_when_nothing_is_left_to_place(self, qtbot, reviewing, predicting):
-        predict(qtbot, reviewing, [0])
-        predicting.start_from_prediction()
-        said = messages_of(reviewing)
-        predicting.start_from_prediction()
-        assert said[-1].startswith("Nothing was placed")
-        assert reviewing.undo_stack.count() == 1
-
-    def test_what_nobody_accepted_is_told_when_it_is_done(self, qtbot, reviewing, predicting):
-        predict(qtbot, reviewing, [0])
-        predicting.start_from_prediction()
-        said = messages_of(reviewing)
-        reviewing.set_status("done")
-        assert "nobody has accepted or corrected k0, k1" in said[-1]
-
-
-START_AND_DIE = """
-import os, signal, sys, time
-from pathlib import Path
-from PySide6.QtCore import QCoreApplication
-from annotations.prediction.checkpoint import load_checkpoint
-from annotator.session import Session
-from annotator.session.options import SessionOptions
-
-folder, state, checkpoint = map(Path, sys.argv[1:])
-application = QCoreApplication([])
-options = SessionOptions("rita", recovery_folder=state / "recovery", level_cache_folder=state / "levels")
-session = Session(options)
-session.open_path(folder)
-while session.volume is None:
-    application.processEvents()
-session.predicting.load(load_checkpoint(checkpoint))
-while session.predicting.prediction is None:
-    application.processEvents()
-session.predicting.start_from_prediction()
-assert session.undo_stack.count() == 1
-os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 is POSIX")
-def test_a_start_survives_kill_9_and_is_one_edit_then(
-    qtbot, reviewing, predicting, folder, options, tmp_path
-):
-    predict(qtbot, reviewing, [0])
-    asked = [str(folder), str(tmp_path / "dead"), str(predicting.current.path)]
-    # A document has one window: this one gives it up.
-    reviewing.close_volume()
-    done = subprocess.run([sys.executable, "-c", START_AND_DIE, *asked], timeout=100, check=False)
-    assert done.returncode == -signal.SIGKILL
-    (recovery,) = find_recoveries(tmp_path / "dead" / "recovery")
-    with qtbot.waitSignal(reviewing.volume_changed, check_params_cb=lambda: reviewing.volume is not None):
-        reviewing.recover(recovery)
-    assert {part.source for part in reviewing.document.parts} == {"predicted"}
-    assert reviewing.document.predicted_from.checkpoint == NAME
-    settle(qtbot, reviewing)
-    reviewing.undo()
-    assert not reviewing.document.positions_um
 
 
 class TestBlind:

@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton, QTreeView
 
 from annotations.documents.record import changed
 from annotations.documents.study import ViewingRules, load_study, save_study
-from annotations.prediction import inference_child, inference_process
-from annotations.prediction.checkpoint import load_checkpoint
+from annotations.prediction import inference_child
 from annotations.prediction.prediction_file import study_prediction_path
 from annotations.prediction.shipped import shipped_checkpoint
 from annotator.dialogs.checkpoint_dialog import CheckpointDialog
@@ -22,32 +21,14 @@ from annotator.dialogs.look_dialog import LookDialog
 from annotator.dialogs.unjudged_dialog import UnjudgedDialog
 from annotator.session import Session
 from tests.annotations.prediction.tiny_networks import DESCRIPTION, redescribed, rewritten, save_tiny
-from tests.annotator.predicted_study import IDS, KnownNetwork, write_predicted_study
+from tests.annotator.predicted_study import IDS, NAME
 
-NAME = "magnetic-forceps"
 LONG_MS = 20_000
 
 
-@pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    return write_predicted_study(tmp_path_factory.mktemp("predicted") / "study")
-
-
 @pytest.fixture
-def folder(tmp_path, written):
-    return shutil.copytree(written, tmp_path / "study")
-
-
-@pytest.fixture(scope="module")
-def checkpoint():
-    return load_checkpoint(shipped_checkpoint(NAME))
-
-
-@pytest.fixture
-def network(monkeypatch, checkpoint, folder):
-    network = KnownNetwork(checkpoint, folder)
-    monkeypatch.setattr(inference_process, "InferenceProcess", lambda _path, sha256: network)
-    return network
+def folder(tmp_path, predicted_study):
+    return shutil.copytree(predicted_study, tmp_path / "study")
 
 
 def at_study(qtbot, make_window, session, person_at, folder, name):
