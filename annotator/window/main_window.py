@@ -1,27 +1,19 @@
 """The main window: panes, panels, menus and status line, wired to one session; nothing else."""
 
 import importlib
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QToolBar, QVBoxLayout, QWidget
 
 from annotations.documents.record import Method
 from annotations.fitting.pose_fit import prepare_fitting
 from annotator.actions.action_set import ActionSet
 from annotator.actions.state import state_of
 from annotator.looks.icons import application_icon
-from annotator.panels.agreement_panel import AgreementPanel
-from annotator.panels.annotation_panel import AnnotationPanel
-from annotator.panels.consensus_panel import ConsensusPanel
-from annotator.panels.display_panel import DisplayPanel
 from annotator.panels.jobs_panel import JobsPanel
-from annotator.panels.pose_panel import PosePanel
-from annotator.panels.predictions_panel import PredictionsPanel
-from annotator.panels.worklist_panel import WorklistPanel
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
 from annotator.session.jobs import Job
@@ -35,6 +27,7 @@ from annotator.window.annotate_handlers import AnnotateHandlers
 from annotator.window.consensus_handlers import ConsensusHandlers
 from annotator.window.display_memory import DisplayMemory
 from annotator.window.dock_columns import DockColumns
+from annotator.window.docked_panels import DockedPanels
 from annotator.window.file_handlers import FileHandlers
 from annotator.window.four_up import FourUp
 from annotator.window.held_key import HeldKey
@@ -101,8 +94,6 @@ class MainWindow(QMainWindow):
         self.slices = tuple(SliceView(session, axis, self.fetcher) for axis in range(3))
         link_zoom(self.slices)
         self.four_up = FourUp(session, self.scene, self.slices)
-        # Before the panels are there to hear of a volume.
-        session.volume_changed.connect(self._draw_first_slices)
         # One or the other is hidden: a stack would raise them over each other, which the scene's window,
         # one of the system's own, does not take well.
         centre = QWidget()
@@ -110,13 +101,9 @@ class MainWindow(QMainWindow):
         self._centre.setContentsMargins(0, 0, 0, 0)
         self._centre.addWidget(self.four_up)
         self.setCentralWidget(centre)
-        self._worklist = WorklistPanel(session)
-        self._annotation = AnnotationPanel(session)
-        self._pose = PosePanel(session)
-        self._agreement = AgreementPanel(session)
-        self._predictions = PredictionsPanel(session)
-        self._docks = self._make_docks()
-        self._columns = DockColumns(self._docks, centre, self._annotation.method, self)
+        self._panels = DockedPanels(session, self)
+        self._docks = self._panels.docks
+        self._columns = DockColumns(self._docks, centre, self._panels.annotation.method, self)
         self.status = StatusLine(session)
         self.status.addPermanentWidget(JobsPanel(session))
         self.setStatusBar(self.status)
@@ -143,12 +130,12 @@ class MainWindow(QMainWindow):
                 **agreement.by_name(),
                 **ConsensusHandlers(session, self.questions, self, self._docks["consensus"]).by_name(),
                 **ToolsHandlers(session).by_name(),
-                **PredictionHandlers(session, self.questions, self, self._worklist).by_name(),
+                **PredictionHandlers(session, self.questions, self, self._panels.worklist).by_name(),
                 **self._live.by_name(),
                 **ReviewHandlers(session, self.questions, self, self._docks["predictions"]).by_name(),
                 **self._looks.by_name(),
                 **self._parts.by_name(),
-                "copy_pose": self._pose.copy_to_clipboard,
+                "copy_pose": self._panels.pose.copy_to_clipboard,
             },
             self,
             self._draw_actions,
@@ -242,34 +229,6 @@ class MainWindow(QMainWindow):
         self.scene.shut_down()
         event.accept()
 
-    def _make_docks(self) -> Mapping[str, QDockWidget]:
-        left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
-        docks = {
-            "worklist": self._dock("worklist", "Volumes", self._worklist, left),
-            "keypoints": self._dock("keypoints", self._annotation.windowTitle(), self._annotation, right),
-            "pose": self._dock("pose", "Pose", self._pose, right),
-            "display": self._dock("display", "Display", DisplayPanel(self.session), right),
-            "agreement": self._dock("agreement", "Agreement", self._agreement, right),
-            "consensus": self._dock("consensus", "Consensus", ConsensusPanel(self.session), right),
-            "predictions": self._dock("predictions", "Predictions", self._predictions, right),
-        }
-        self.tabifyDockWidget(docks["pose"], docks["display"])
-        self.tabifyDockWidget(docks["display"], docks["agreement"])
-        self.tabifyDockWidget(docks["agreement"], docks["consensus"])
-        self.tabifyDockWidget(docks["consensus"], docks["predictions"])
-        # Most people annotate: those who compare, settle and review ask for them.
-        for name in ("agreement", "consensus", "predictions"):
-            docks[name].hide()
-        docks["pose"].raise_()
-        return docks
-
-    def _dock(self, name: str, title: str, panel: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
-        dock = QDockWidget(title)
-        dock.setObjectName(f"dock_{name}")
-        dock.setWidget(panel)
-        self.addDockWidget(area, dock)
-        return dock
-
     def _make_tool_bar(self) -> None:
         bar = QToolBar("Tools")
         bar.setObjectName("tool_bar")
@@ -293,13 +252,13 @@ class MainWindow(QMainWindow):
             dock.visibilityChanged.connect(self._on_dock_visibility_changed)
         for view in self.slices:
             view.cursor_moved.connect(self.status.show_cursor)
-        self._worklist.open_file_requested.connect(self._files.open_file)
-        self._worklist.open_folder_requested.connect(self._files.open_folder)
-        self._annotation.windowTitleChanged.connect(self._on_annotation_window_title_changed)
-        self._annotation.method_requested.connect(self._on_annotation_method_requested)
-        self._annotation.derive_requested.connect(self.actions_by_name["derive"].trigger)
-        self._agreement.export_requested.connect(self.actions_by_name["export_agreement"].trigger)
-        self._predictions.action_requested.connect(self._on_predictions_action_requested)
+        self._panels.worklist.open_file_requested.connect(self._files.open_file)
+        self._panels.worklist.open_folder_requested.connect(self._files.open_folder)
+        self._panels.annotation.windowTitleChanged.connect(self._on_annotation_window_title_changed)
+        self._panels.annotation.method_requested.connect(self._on_annotation_method_requested)
+        self._panels.annotation.derive_requested.connect(self.actions_by_name["derive"].trigger)
+        self._panels.agreement.export_requested.connect(self.actions_by_name["export_agreement"].trigger)
+        self._panels.predictions.action_requested.connect(self._on_predictions_action_requested)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -333,13 +292,6 @@ class MainWindow(QMainWindow):
         first = self.slices[self.four_up.used_axis] if is_open else self._start_page
         first.setFocus()
 
-    def _draw_first_slices(self) -> None:
-        """Draw the slices of another volume at once: the panels take ten times as long as an image."""
-        if self.session.volume is not None and not self._display_memory.is_owed:
-            self._draw_centre()
-            for view in self.slices:
-                view.repaint()
-
     def _draw_title(self) -> None:
         label, title = self.session.volume_label, self.session.title
         read_only = " (read-only)" if self.session.read_only_reason else ""
@@ -356,14 +308,12 @@ class MainWindow(QMainWindow):
 
     def _on_job_stage_imported(self, _: object) -> None:
         self.four_up.show_scene()
-        # Also while nothing is open: the first volume then need not wait for it.
-        self.scene.start()
         self.scene_prepared.emit()
 
     @Slot(str)
     def _on_annotation_window_title_changed(self, title: str) -> None:
         self._docks["keypoints"].setWindowTitle(title)
-        self._columns.change_method(self._annotation.method)
+        self._columns.change_method(self._panels.annotation.method)
 
     @Slot(str)
     def _on_annotation_method_requested(self, method: Method) -> None:
