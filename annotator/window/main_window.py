@@ -94,6 +94,8 @@ class MainWindow(QMainWindow):
         self.slices = tuple(SliceView(session, axis, self.fetcher) for axis in range(3))
         link_zoom(self.slices)
         self.four_up = FourUp(session, self.scene, self.slices)
+        # Before the panels are there to hear of a volume.
+        session.volume_changed.connect(self._draw_first_slices)
         # One or the other is hidden: a stack would raise them over each other, which the scene's window,
         # one of the system's own, does not take well.
         centre = QWidget()
@@ -292,6 +294,13 @@ class MainWindow(QMainWindow):
         first = self.slices[self.four_up.used_axis] if is_open else self._start_page
         first.setFocus()
 
+    def _draw_first_slices(self) -> None:
+        """Draw the slices of another volume at once: the panels take ten times as long as an image."""
+        if self.session.volume is not None and not self._display_memory.is_owed:
+            self._draw_centre()
+            for view in self.slices:
+                view.repaint()
+
     def _draw_title(self) -> None:
         label, title = self.session.volume_label, self.session.title
         read_only = " (read-only)" if self.session.read_only_reason else ""
@@ -308,6 +317,8 @@ class MainWindow(QMainWindow):
 
     def _on_job_stage_imported(self, _: object) -> None:
         self.four_up.show_scene()
+        # Also while nothing is open: the first volume then need not wait for it.
+        self.scene.start()
         self.scene_prepared.emit()
 
     @Slot(str)
