@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,38 +10,30 @@ from numpy.typing import NDArray
 ColorTable = NDArray[np.uint8]
 """Red, green, blue and alpha, shape (256, 4)."""
 
-# What a person chooses from, and what Matplotlib calls it.
-_MATPLOTLIB_NAMES = {
-    "gray": "gray",
-    "inverted gray": "gray_r",
-    "bone": "bone",
-    "hot": "hot",
-    "viridis": "viridis",
-    "inferno": "inferno",
-}
+# In the order of the file, which holds the tables of Matplotlib's maps "gray", "gray_r", "bone", "hot",
+# "viridis" and "inferno": importing Matplotlib takes an eighth of the time until the window is there.
+_NAMES = ("gray", "inverted gray", "bone", "hot", "viridis", "inferno")
+_FILE = Path(__file__).with_suffix(".npy")
 
 
 class _Colormaps(Mapping[str, ColorTable]):
-    """The tables by name, each made when it is first asked for: importing Matplotlib takes a while."""
+    """The tables by name, read when one is first asked for."""
 
     def __getitem__(self, name: str) -> ColorTable:
-        return _table(_MATPLOTLIB_NAMES[name])
+        return _tables()[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(_MATPLOTLIB_NAMES)
+        return iter(_NAMES)
 
     def __len__(self) -> int:
-        return len(_MATPLOTLIB_NAMES)
+        return len(_NAMES)
 
 
 COLORMAPS: Mapping[str, ColorTable] = _Colormaps()
 
 
 @cache
-def _table(matplotlib_name: str) -> ColorTable:
-    from matplotlib import colormaps
-
-    # Matplotlib's own bytes are cut off, not rounded: its gray number 33 would be 32.
-    table: ColorTable = np.rint(255 * colormaps[matplotlib_name](np.arange(256))).astype(np.uint8)
-    table.setflags(write=False)
-    return table
+def _tables() -> Mapping[str, ColorTable]:
+    tables: NDArray[np.uint8] = np.load(_FILE)
+    tables.setflags(write=False)
+    return dict(zip(_NAMES, tables, strict=True))

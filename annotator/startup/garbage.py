@@ -29,9 +29,9 @@ class GarbageCollection(QObject):
     def settle(self) -> None:
         """Leave all that is there by now out of further collections: imported modules do not become garbage.
 
-        With Mayavi's it would take an eighth of a second to look at them all, again and again.
+        With Mayavi's it would take an eighth of a second to look at them all, again and again; and also this
+        once, for what is little.
         """
-        gc.collect()
         gc.freeze()
 
     def stop(self) -> None:

@@ -1,5 +1,6 @@
 """Colour maps are tables of 256 colours, shared and unchangeable."""
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -14,6 +15,23 @@ def test_every_map_is_a_table(name: str) -> None:
     assert COLORMAPS[name] is table
     with pytest.raises(ValueError, match="read-only"):
         table[0] = 0
+
+
+@pytest.mark.parametrize(
+    ("name", "in_matplotlib"),
+    [
+        ("gray", "gray"),
+        ("inverted gray", "gray_r"),
+        ("bone", "bone"),
+        ("hot", "hot"),
+        ("viridis", "viridis"),
+        ("inferno", "inferno"),
+    ],
+)
+def test_every_map_is_matplotlib_s_of_this_name(name: str, in_matplotlib: str) -> None:
+    # Its own bytes are cut off, not rounded: its gray number 33 would be 32.
+    expected = np.rint(255 * mpl.colormaps[in_matplotlib](np.arange(256)))
+    np.testing.assert_array_equal(COLORMAPS[name], expected)
 
 
 def test_gray_rises_and_inverted_gray_falls() -> None:

@@ -196,6 +196,7 @@ def test_a_volume_opens_while_what_the_fit_and_the_scene_need_is_loaded(
 def test_what_only_fits_snaps_demos_and_predictions_need_is_not_imported_with_the_window():
     late = (
         "scipy",
+        "matplotlib",
         "onnx",
         "openvino",
         "annotations.synthesis",
@@ -206,7 +207,8 @@ def test_what_only_fits_snaps_demos_and_predictions_need_is_not_imported_with_th
         "vtkmodules",
     )
     code = (
-        f"import sys; import annotator.window.main_window; print([n for n in {late!r} if n in sys.modules])"
+        "import sys; import annotator.window.main_window; from annotator.looks.colormaps import COLORMAPS; "
+        f"COLORMAPS['gray']; print([n for n in {late!r} if n in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

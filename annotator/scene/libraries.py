@@ -1,0 +1,21 @@
+"""VTK's shared libraries, loaded while the window goes on."""
+
+import contextlib
+import ctypes
+import importlib.util
+from pathlib import Path
+
+
+def load_libraries() -> None:
+    """Load VTK's libraries, in any thread; the import of VTK that follows finds them loaded.
+
+    Python holds its lock while an import loads a library, for up to a fifth of a second each, and no slot of
+    the window runs meanwhile. ctypes lets go of it.
+    """
+    found = importlib.util.find_spec("vtkmodules")
+    for folder in found.submodule_search_locations or () if found is not None else ():
+        for path in sorted(Path(folder).glob("vtk*")):
+            if path.suffix in (".so", ".pyd"):
+                # What lacks something of the system's is told by the import, if it is needed at all.
+                with contextlib.suppress(OSError):
+                    ctypes.CDLL(str(path))
