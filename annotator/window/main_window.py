@@ -14,6 +14,7 @@ from annotator.actions.action_set import ActionSet
 from annotator.actions.state import state_of
 from annotator.looks.icons import application_icon
 from annotator.panels.jobs_panel import JobsPanel
+from annotator.scene.libraries import load_libraries
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
 from annotator.session.jobs import Job
@@ -379,6 +380,7 @@ class MainWindow(QMainWindow):
 def _load_for_fit_and_scene() -> None:
     # One after the other: a volume opens in the other thread, and its fit does not wait for Mayavi.
     prepare_fitting()
+    load_libraries()
     importlib.import_module("annotator.scene.stage")
 
 
