@@ -27,7 +27,7 @@ from annotator.scene.picking import Picture
 from annotator.session import Session
 from annotator.session.drawn_prediction import drawn_prediction
 from annotator.session.keypoint_marks import keypoint_marks
-from annotator.session.view import Preset
+from annotator.session.view import Preset, View
 from annotator.settings import Renderer
 
 if TYPE_CHECKING:
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 REST_MS = 150
 """This long after the last change of the volume's picture it is drawn at its best."""
+
+_FOLLOW_MS = 80
+"""Without a GPU the scene shows this long after they moved where the slices lie: they go first."""
 
 _CLOSE_UP = 1 / 6  # of the volume's diagonal: what the picture's height shows around a keypoint
 _NOWHERE = Camera((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0), 1.0, 1.0)
@@ -72,6 +75,10 @@ class SceneView(QWidget):
         self._rest.setSingleShot(True)
         self._rest.setInterval(REST_MS)
         self._rest.timeout.connect(self._on_rest_timeout)
+        self._follow = QTimer(self)
+        self._follow.setSingleShot(True)
+        self._follow.setInterval(_FOLLOW_MS)
+        self._follow.timeout.connect(self._redraw)
         session.volume_changed.connect(self._on_session_volume_changed)
         session.levels_changed.connect(self._on_session_levels_changed)
         session.document_changed.connect(self._on_session_document_changed)
@@ -111,6 +118,7 @@ class SceneView(QWidget):
         """Let go of everything that Mayavi, VTK and OpenGL hold; call it before the window goes."""
         self._closed = True
         self._rest.stop()
+        self._follow.stop()
         if self._stage is not None:
             self._stage.canvas.close()
 
@@ -236,6 +244,7 @@ class SceneView(QWidget):
         """Draw a frame: coarsely while the volume's picture changes, and at its best once it rests."""
         if self._stage is None:
             return
+        self._follow.stop()
         look = self._look()
         key = self._stage.volume_key(look)
         if key != self._volume_key:
@@ -325,10 +334,16 @@ class SceneView(QWidget):
         self._redraw()
 
     @Slot(object, object)
-    def _on_session_view_changed(self, _before: object, _after: object) -> None:
+    def _on_session_view_changed(self, before: View, after: View) -> None:
         self._hand.follow_session()
         self._point()
-        self._redraw()
+        is_software = self._stage is not None and self._stage.is_software
+        if is_software and before.differs_in_crosshair_alone(after):
+            self._at_rest = False
+            if not self._follow.isActive():
+                self._follow.start()
+        else:
+            self._redraw()
 
     @Slot()
     def _on_rest_timeout(self) -> None:

@@ -111,6 +111,11 @@ class Stage:
         self.renderers.add_overlay(self._handles.actor)
         self._moving_ray_px = MOVING_RAY_PX
 
+    @property
+    def is_software(self) -> bool:
+        """Whether rays are cast, and pixels drawn, by the processor."""
+        return self._software
+
     def volume_key(self, look: SceneLook) -> Hashable:
         """Return what the volume's picture at its best depends on."""
         return (look.picture, look.ground, _behind(look, ray_px=1.0))

@@ -1,6 +1,6 @@
 """What is looked at, and how: frozen, announced like the document, never undone, never saved with it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, get_args
 
 from annotations.documents.annotation import Annotation, Source
@@ -156,3 +156,7 @@ class View:
         """Whether there is something that Esc would drop."""
         on_its_way = (self.preview, self.draft, self.first_end_um, self.refinement)
         return any(each is not None for each in on_its_way)
+
+    def differs_in_crosshair_alone(self, other: "View") -> bool:
+        """Say whether all but the crosshair is as in another view."""
+        return replace(self, crosshair_um=other.crosshair_um) == other

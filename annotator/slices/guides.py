@@ -1,6 +1,6 @@
 """Draws what helps to find one's way on a slice: crosshair, scale bar, and which axis runs where."""
 
-from PySide6.QtCore import QLineF, QPointF, Qt
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from annotations.geometry.frames import Vector
@@ -14,6 +14,8 @@ INK = QColor("#f2f2f2")
 CROSSHAIR_GAP_PX = 9.0
 MARGIN_PX = 10.0
 LONGEST_BAR = 0.25
+# A line of one pixel, wherever in the pixel it lies and however it is rounded.
+_LINE_REACH_PX = 2.0
 
 AxisColors = tuple[QColor, QColor, QColor]
 
@@ -32,6 +34,16 @@ def paint_crosshair(painter: QPainter, viewport: Viewport, crosshair_um: Vector,
     painter.setPen(QPen(horizontal, 1.0))
     painter.drawLine(QLineF(area.left, y, x - CROSSHAIR_GAP_PX, y))
     painter.drawLine(QLineF(x + CROSSHAIR_GAP_PX, y, right, y))
+
+
+def crosshair_rects(viewport: Viewport, crosshair_um: Vector) -> tuple[QRect, QRect]:
+    """Return what the crosshair's two lines cover, in pixels of the widget."""
+    x, y = viewport.pixel(crosshair_um)
+    area, reach = viewport.area, _LINE_REACH_PX
+    return (
+        QRectF(x - reach, area.top, 2 * reach, area.height).toAlignedRect(),
+        QRectF(area.left, y - reach, area.width, 2 * reach).toAlignedRect(),
+    )
 
 
 def paint_scale_bar(painter: QPainter, viewport: Viewport) -> None:

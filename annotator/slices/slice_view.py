@@ -9,6 +9,7 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
+    QRegion,
     QResizeEvent,
     QWheelEvent,
 )
@@ -25,7 +26,7 @@ from annotator.session.view import View
 from annotator.slices.annotation_layer import AnnotationLayer
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.gestures import SliceGestures
-from annotator.slices.guides import paint_axis_names, paint_crosshair, paint_scale_bar
+from annotator.slices.guides import crosshair_rects, paint_axis_names, paint_crosshair, paint_scale_bar
 from annotator.slices.handle_marks import HandleMark
 from annotator.slices.header import COARSE, FAILED, Header, paint_header, plane_texts
 from annotator.slices.marks import Mark
@@ -209,6 +210,7 @@ class SliceView(QWidget):
 
     def _on_session_view_changed(self, before: View, after: View) -> None:
         self._gestures.follow_session()
+        viewport, shown_index = self._viewport, self._index
         if self._viewport is not None:
             index = self._viewport.plane.index(after.crosshair_um)
             if index != self._index:
@@ -218,7 +220,11 @@ class SliceView(QWidget):
                 self._bring_crosshair_in_sight()
         if self._cursor_at is not None and before.mode != after.mode:
             self._gestures.show_cursor(self._cursor_at)
-        self._redraw()
+        is_same_sight = self._viewport is viewport and self._index == shown_index
+        if viewport is not None and is_same_sight and before.differs_in_crosshair_alone(after):
+            self._move_crosshair(viewport, before, after)
+        else:
+            self._redraw()
 
     def _on_fetcher_slice_arrived(self, image: SliceImage) -> None:
         if image.axis == self.axis and image.index == self._index and self._viewport is not None:
@@ -253,8 +259,8 @@ class SliceView(QWidget):
             painter.fillRect(self.rect(), CANVAS)
         else:
             self._paint(painter, viewport, view)
-        # Not left to Python: the first colour map imports Matplotlib, which keeps this frame, and the painter
-        # in it, alive until the next garbage collection; Qt does not survive that.
+        # Not left to Python: whatever keeps this frame, and the painter in it, alive until the next garbage
+        # collection, Qt does not survive it.
         painter.end()
 
     def _paint(self, painter: QPainter, viewport: Viewport, view: View) -> None:
@@ -297,6 +303,14 @@ class SliceView(QWidget):
     def _redraw(self) -> None:
         self._layer.show(self._viewport, self._index)
         self.update()
+
+    def _move_crosshair(self, viewport: Viewport, before: View, after: View) -> None:
+        """Draw anew only where the crosshair was and is: nothing else hangs on it while the plane stays."""
+        region = QRegion()
+        for view in (before, after):
+            for rect in crosshair_rects(viewport, view.crosshair_um):
+                region += rect.intersected(self.rect())
+        self.update(region)
 
     def _see(self, viewport: Viewport) -> None:
         if viewport != self._viewport:

@@ -110,6 +110,35 @@ def test_an_edit_shows_over_the_kept_volume(scene, name: str) -> None:
     assert np.array_equal(fresh(scene), after)
 
 
+def test_without_opengls_memory_the_volume_is_drawn_anew(scene) -> None:
+    before = scene.pixels()
+    draws = scene.view.volume_draws
+    renderers = scene.view._stage.renderers
+    renderers._kept.ReleaseGraphicsResources(renderers._window)
+
+    after = scene.pixels()
+
+    assert scene.view.volume_draws == draws + 1
+    assert np.array_equal(after, before)
+
+
+def test_the_scene_follows_a_moving_crosshair_after_the_slices(scene) -> None:
+    scene.settle()
+    drawn: list[bool] = []
+    draw = scene.view._stage.renderers.draw
+    scene.view._stage.renderers.draw = lambda *given, **named: (drawn.append(True), draw(*given, **named))
+    for step in range(5):
+        scene.session.look(crosshair_um=(10.0 * step, 200.0, 188.0))
+        QApplication.processEvents()
+    scene.qtbot.waitUntil(lambda: scene.view.is_at_rest)
+
+    # Fewer than there were moves, and the last of them shows.
+    assert 1 <= len(drawn) < 5
+    scene.view._stage.renderers.draw = draw
+    kept = scene.pixels()
+    assert np.array_equal(fresh(scene), kept)
+
+
 def test_an_edit_alone_asks_for_a_frame(scene) -> None:
     scene.pixels()
     before = scene.view.grab().toImage()

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QColor, QImage
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt
+from PySide6.QtGui import QColor, QImage, QPaintEvent
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from annotator.session import Session
@@ -265,6 +266,47 @@ def test_edits_and_looking_at_the_plane_do_not_draw_the_image_again(views: Views
 
     session.look(window=(3.0, 77.0))
     assert drawn() == [count + 1 for count in before]
+
+
+def test_where_the_plane_stays_only_the_crosshair_is_drawn_again(
+    qtbot: QtBot, views: Views, session: Session
+) -> None:
+    session.place(session.view.crosshair_um, keypoint="k2")
+    qtbot.waitUntil(lambda: all(view.is_sharp for view in views))
+    QApplication.processEvents()
+    noted = Noted()
+    views[2].installEventFilter(noted)
+    x_um, y_um, z_um = session.view.crosshair_um
+
+    for step in range(1, 4):
+        session.look(crosshair_um=(x_um + 40.0 * step, y_um - 30.0 * step, z_um))
+        QApplication.processEvents()
+
+    everything = views[2].width() * views[2].height()
+    assert noted.pixels
+    assert max(noted.pixels) < everything / 10
+    on_screen = views[2].screen().grabWindow(views[2].window().winId()).toImage()
+    shown = on_screen.copy(QRect(views[2].mapTo(views[2].window(), QPoint()), views[2].size()))
+    assert shown.convertToFormat(QImage.Format.Format_RGB32) == image_of(views[2]).convertToFormat(
+        QImage.Format.Format_RGB32
+    )
+
+    session.look(crosshair_um=(x_um, y_um, z_um + 9.4))
+    QApplication.processEvents()
+    assert noted.pixels[-1] == everything
+
+
+class Noted(QObject):
+    """Notes how many pixels each painting of a widget is asked for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.pixels: list[int] = []
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if isinstance(event, QPaintEvent):
+            self.pixels.append(sum(rect.width() * rect.height() for rect in event.region()))
+        return False
 
 
 def test_overlays_hide_together_and_layers_one_by_one(views: Views, session: Session) -> None:
