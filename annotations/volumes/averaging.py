@@ -16,6 +16,8 @@ AVERAGED_BUDGET_VOXELS = 5_000_000
 """What a renderer without a GPU draws at rest in under half a second."""
 
 _TILE_BYTES = 16 << 20
+_WHOLE_BYTES = 5 << 29
+"""As much of a file is read at the most, where it can be read in part: a full volume, whole."""
 
 
 def averaged_level(
@@ -31,6 +33,9 @@ def averaged_level(
     The blocks are as near to cubes as `preview_factors` makes them. The last block along an axis may be a
     partial one, whose mean is that of the voxels it has. NaN does not count in a mean; a block of nothing
     else is NaN. Means of integers are rounded.
+
+    Of a file that is larger than a full volume and can be read in part, only some planes of each block count:
+    it takes no longer to read, and as many voxels make a mean.
 
     Parameters
     ----------
@@ -57,23 +62,28 @@ def averaged_level(
     progress(0.0)
     done = 0
     tiles = list(_tiles(volume, factors))
+    slow = 2 if volume.fortran_order else 0
+    counted = _counted_planes(volume, factors[slow])
+    counted_factors = tuple(counted if axis == slow else factor for axis, factor in enumerate(factors))
     for region, following in zip(tiles, [*tiles[1:], None], strict=True):
         if cancelled():
             raise Cancelled
         if following is not None:
-            volume.prefetch(following)
-        values = volume.read(region)
+            for part in _parts(following, slow, factors[slow], counted):
+                volume.prefetch(part)
+        parts = [volume.read(part) for part in _parts(region, slow, factors[slow], counted)]
+        values = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=slow)
         first, second, third = (
             slice(part.start // factor, -(-part.stop // factor))
             for part, factor in zip(region, factors, strict=True)
         )
         if volume.fortran_order:
             # The sums run along memory when the axes are turned round.
-            means = _means(values.transpose(), factors[::-1], data.dtype).transpose()
+            means = _means(values.transpose(), counted_factors[::-1], data.dtype).transpose()
         else:
-            means = _means(values, factors, data.dtype)
+            means = _means(values, counted_factors, data.dtype)
         data[first, second, third] = means
-        done += values.size
+        done += math.prod(part.stop - part.start for part in region)
         progress(done / math.prod(volume.shape))
     spacing_of_blocks = np.multiply(spacing, factors)
     origin = np.multiply(spacing, np.subtract(factors, 1) / 2.0)
@@ -84,6 +94,31 @@ def averaged_level(
         kind="averaged",
         factors=factors,
     )
+
+
+def _counted_planes(volume: Volume, factor: int) -> int:
+    """Return how many of a block's planes along the file's slowest axis are read."""
+    size = math.prod(volume.shape) * volume.dtype.itemsize
+    if volume.chunks is not None or size <= _WHOLE_BYTES:
+        return factor
+    return max(1, factor * _WHOLE_BYTES // size)
+
+
+def _parts(region: Region, slow: int, factor: int, counted: int) -> list[Region]:
+    """Return a region, or those of its planes that count: evenly over each block, alike in all of them."""
+    if counted == factor:
+        return [region]
+    parts = []
+    for begin in range(region[slow].start, region[slow].stop, factor):
+        length = min(factor, region[slow].stop - begin)
+        count = min(counted, length)
+        for number in range(count):
+            index = begin + (2 * number + 1) * length // (2 * count)
+            first, second, third = (
+                slice(index, index + 1) if axis == slow else part for axis, part in enumerate(region)
+            )
+            parts.append((first, second, third))
+    return parts
 
 
 def _tiles(volume: Volume, factors: Sequence[int]) -> Iterator[Region]:

@@ -156,3 +156,66 @@ def test_a_file_in_chunks_is_read_in_tiles_of_about_their_size(writers, tmp_path
     for tile in tiles:
         covered[tile] += 1
     assert (covered == 1).all()
+
+
+@pytest.mark.parametrize("fortran_order", [False, True])
+def test_of_a_large_file_some_planes_of_each_block_are_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fortran_order: bool
+) -> None:
+    shape = (19, 12, 8) if not fortran_order else (8, 12, 19)
+    array = np.random.default_rng(1).integers(0, 200, shape, np.uint8)
+    np.save(tmp_path / "v.npy", np.asfortranarray(array) if fortran_order else array)
+    monkeypatch.setattr(averaging, "_WHOLE_BYTES", array.size // 2)
+    volume = open_volume(tmp_path / "v.npy")
+    level = averaged(volume, 20)
+    slow = 2 if fortran_order else 0
+    factor = level.factors[slow]
+    assert factor >= 4
+    counted = factor // 2
+    planes = np.moveaxis(array, slow, 0)
+    blocks = [planes[start : start + factor] for start in range(0, len(planes), factor)]
+    chosen = []
+    for block in blocks:
+        count = min(counted, len(block))
+        chosen.append(block[[(2 * number + 1) * len(block) // (2 * count) for number in range(count)]])
+    others = [each for axis, each in enumerate(level.factors) if axis != slow]
+    expected = [np.rint(slow_means(block, (factor, others[0], others[1]))) for block in chosen]
+    np.testing.assert_array_equal(np.moveaxis(level.data, slow, 0), np.concatenate(expected))
+
+
+def test_no_more_is_read_of_a_volume_four_times_as_large(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(averaging, "_WHOLE_BYTES", 32**3)
+    read = []
+    for number, length in enumerate((32, 128)):
+        path = tmp_path / f"v{number}.npy"
+        np.save(path, np.zeros((length, 32, 32), np.uint8))
+        volume = open_volume(path)
+        storage = volume._storage
+        voxels = 0
+
+        def count(region: tuple[slice, slice, slice], original=storage.read) -> np.ndarray:
+            nonlocal voxels
+            found = original(region)
+            voxels += found.size
+            return found
+
+        monkeypatch.setattr(storage, "read", count)
+        averaged(volume, 512)
+        read.append(voxels)
+    assert read[1] <= read[0] == 32**3
+
+
+@given(size=st.integers(1, 30), factor=st.integers(1, 12), counted=st.integers(1, 12))
+def test_the_planes_that_count_lie_in_their_blocks(size: int, factor: int, counted: int) -> None:
+    region = (slice(0, size), slice(0, 2), slice(0, 3))
+    parts = averaging._parts(region, 0, factor, min(counted, factor))
+    if counted >= factor:
+        assert parts == [region]
+        return
+    indices = [part[0].start for part in parts]
+    assert indices == sorted(set(indices))
+    for begin in range(0, size, factor):
+        inside = [index for index in indices if begin <= index < min(begin + factor, size)]
+        assert len(inside) == min(counted, factor, size - begin)
