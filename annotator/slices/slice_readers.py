@@ -104,6 +104,7 @@ class SliceReaders:
         self._stopped = False
         self._source: SliceSource | None = None
         self._wishes: dict[int, Wish] = {}
+        self._done_with: list[SliceSource] = []
         self._being_read: set[int] = set()
         self._changed = threading.Condition()
         self._threads = [
@@ -114,8 +115,14 @@ class SliceReaders:
             thread.start()
 
     def use(self, source: SliceSource | None) -> None:
-        """Read from another volume, or from none, from now on; wishes for the old one are forgotten."""
+        """Read from another volume, or from none, from now on; wishes for the old one are forgotten.
+
+        Its slices are given back by the first thread without a wish: for a hundred megabytes it takes as long
+        as the first picture of the other volume.
+        """
         with self._changed:
+            if self._source is not None:
+                self._done_with.append(self._source)
             self._source = source
             self._wishes.clear()
             self._changed.notify_all()
@@ -140,6 +147,7 @@ class SliceReaders:
             self._stopped = True
             self._source = None
             self._wishes.clear()
+            self._done_with.clear()
             self._changed.notify_all()
 
     def wait(self, patience_s: float) -> None:
@@ -154,10 +162,14 @@ class SliceReaders:
     def _fulfil_next(self, axis: int) -> bool:
         """Wait for a wish and fulfil it; False when stopped. Holds on to no volume in between."""
         with self._changed:
-            self._changed.wait_for(lambda: self._stopped or axis in self._wishes)
+            self._changed.wait_for(lambda: self._stopped or axis in self._wishes or self._done_with)
             if self._stopped:
                 return False
-            wish = self._wishes[axis]
+            wish = self._wishes.get(axis)
+            if wish is None:
+                # Ends with this call, when nobody waits for the lock any more.
+                done_with, self._done_with = self._done_with, []
+                return bool(done_with)
             self._being_read.add(axis)
         try:
             image = self._read(wish)
