@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.annotation import Annotation
 from annotations.documents.permission import check_may_see_all
-from annotations.documents.study import CONSENSUS, STUDY_FILE, Study, annotation_name, study_folder_of
+from annotations.documents.study import CONSENSUS, STUDY_FILE, Study, annotation_name
 from annotations.errors import UserError
 from annotator.session.calibrating import annotated_folder
 from annotator.session.jobs import Job
@@ -142,9 +142,8 @@ class Agreeing(QObject):
         if not worklist.items:
             return _NOTHING_OPEN
         if worklist.study is None:
-            is_of_study = study_folder_of(worklist.items[0].annotation_path) is not None
             # Its rules are known only where the study itself is open.
-            return _OPEN_STUDY if is_of_study else ""
+            return _OPEN_STUDY if worklist.lies_in_study else ""
         if self._person not in worklist.study.annotators:
             return "" if worklist.study.is_reviewer(self._person) else _NEVER
         to_do = sum(item.status != "done" for item in worklist.items)

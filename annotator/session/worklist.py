@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -11,7 +12,14 @@ from annotations.documents.conversion import sibling_path
 from annotations.documents.files import load_annotation
 from annotations.documents.queue import QueuePlace, queue
 from annotations.documents.record import Method
-from annotations.documents.study import CONSENSUS, STUDY_FILE, Study, annotation_path, load_study
+from annotations.documents.study import (
+    CONSENSUS,
+    STUDY_FILE,
+    Study,
+    annotation_path,
+    load_study,
+    study_folder_of,
+)
 from annotations.documents.volume_link import referenced_path
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
@@ -105,6 +113,11 @@ class Worklist:
     study: Study | None = None
     done_elsewhere: Mapping[Method, int] = field(default_factory=dict)
     consensus_done: int = 0
+
+    @cached_property
+    def lies_in_study(self) -> bool:
+        """Whether the first item's annotation lies in a study; the disk, which may be slow, is asked once."""
+        return study_folder_of(self.items[0].annotation_path) is not None
 
     @property
     def is_folder(self) -> bool:
