@@ -1,7 +1,9 @@
 """The tool bar's icons: lines in the colour of the theme's text."""
 
-from PySide6.QtCore import QByteArray, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QIcon, QPainter, QPalette, QPixmap
+from functools import lru_cache
+
+from PySide6.QtCore import QByteArray, QRectF, Qt
+from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPalette, QPixmap
 from PySide6.QtSvg import QSvgRenderer
 
 # On a grid of 24 units; strokes take the colour that they are asked for.
@@ -68,16 +70,25 @@ def application_icon() -> QIcon:
 
 
 def _add_pixmaps(made: QIcon, shape: str, color: QColor, mode: QIcon.Mode) -> None:
-    image = (
+    for image in _images(shape, color.name()):
+        made.addPixmap(QPixmap.fromImage(image), mode)
+
+
+@lru_cache(maxsize=128)
+def _images(shape: str, color: str) -> tuple[QImage, ...]:
+    """Draw a shape in each size; images, because pixmaps must not outlive the application."""
+    drawing = (
         "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 24 24'><g fill='none' "
-        f"stroke='{color.name()}' stroke-width='1.7' stroke-linecap='round' stroke-linejoin='round'>"
+        f"stroke='{color}' stroke-width='1.7' stroke-linecap='round' stroke-linejoin='round'>"
         f"{shape}</g></svg>"
     )
-    renderer = QSvgRenderer(QByteArray(image.encode()))
+    renderer = QSvgRenderer(QByteArray(drawing.encode()))
+    images = []
     for size in _SIZES_PX:
-        pixmap = QPixmap(QSize(size, size))
-        pixmap.fill(Qt.GlobalColor.transparent)
-        painter = QPainter(pixmap)
+        image = QImage(size, size, QImage.Format.Format_ARGB32_Premultiplied)
+        image.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(image)
         renderer.render(painter, QRectF(0, 0, size, size))
         painter.end()
-        made.addPixmap(pixmap, mode)
+        images.append(image)
+    return tuple(images)
