@@ -12,6 +12,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 PY := $(BIN)/python
 
+# The tests start some hundred processes: compiling every module anew in each would take minutes.
+unexport PYTHONDONTWRITEBYTECODE
+
 # A comma would end the argument of a call.
 comma := ,
 

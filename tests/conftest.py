@@ -67,6 +67,13 @@ hypothesis.settings.register_profile("ci", deadline=None, derandomize=True, prin
 hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "default")
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Import no file that has nothing to pass where only tests that need torch are asked for."""
+    if config.option.markexpr != "torch" or collection_path.suffix != ".py":
+        return None
+    return True if "torch" not in collection_path.read_text(encoding="utf-8") else None
+
+
 @pytest.fixture(autouse=True)
 def user_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty home folder, fresh for each test: no test reads or writes the user's own files."""
