@@ -113,3 +113,23 @@ def test_no_more_of_a_large_volume_is_read(shape: tuple[int, int, int], fortran_
     )
     fingerprint(volume)
     assert storage.voxels == 64 * (64 << 10)
+
+
+@pytest.mark.parametrize("fortran_order", [False, True])
+def test_all_is_asked_for_before_any_of_it_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fortran_order: bool
+) -> None:
+    array = np.zeros((70, 300, 300), np.uint8)
+    np.save(tmp_path / "v.npy", np.asfortranarray(array) if fortran_order else array)
+    volume = open_volume(tmp_path / "v.npy")
+    storage = volume._storage
+    calls: list[tuple[str, object]] = []
+    read, prefetch = storage.read, storage.prefetch
+    monkeypatch.setattr(storage, "read", lambda region: (calls.append(("read", region)), read(region))[1])
+    monkeypatch.setattr(
+        storage, "prefetch", lambda region: (calls.append(("prefetch", region)), prefetch(region))[1]
+    )
+    fingerprint(volume)
+    asked = [region for kind, region in calls if kind == "prefetch"]
+    assert calls == [*(("prefetch", region) for region in asked), *(("read", region) for region in asked)]
+    assert len(asked) >= 64

@@ -1,11 +1,12 @@
 """Background work: results in the right thread, progress, cancelling, failures."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from pytestqt.qtbot import QtBot
 
+from annotator.session import jobs as jobs_module
 from annotator.session.jobs import Jobs
 
 
@@ -38,6 +39,22 @@ def test_progress_and_end_are_announced(qtbot: QtBot, jobs: Jobs) -> None:
     jobs.job_changed.connect(lambda job: seen.append((job.state, job.progress)))
     jobs.start("Half", lambda progress, _cancelled: progress(0.5), done=lambda _none: None, failed=fail)
     qtbot.waitUntil(lambda: seen == [("running", None), ("running", 0.5), ("done", 0.5)])
+
+
+def test_progress_is_announced_now_and_then_and_at_the_end(
+    qtbot: QtBot, jobs: Jobs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(jobs_module, "_PROGRESS_EVERY_S", 1000.0)
+    seen: list[float | None] = []
+    jobs.job_changed.connect(lambda job: seen.append(job.progress))
+
+    def work(progress: Callable[[float], None], _cancelled: object) -> None:
+        for step in range(101):
+            progress(step / 100)
+
+    jobs.start("Count", work, done=lambda _none: None, failed=fail)
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert seen == [None, 0.0, 1.0, 1.0]
 
 
 def test_a_cancelled_job_delivers_nothing_even_if_it_was_ready(qtbot: QtBot, jobs: Jobs) -> None:

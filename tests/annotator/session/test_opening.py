@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um
-from annotations.volumes import read_sidecar, sidecar_path
-from annotator.session import Session
+from annotations.volumes import Cancelled, Level, Volume, averaged_level, read_sidecar, sidecar_path
+from annotator.session import Session, level_loader, opening
 from annotator.session.options import SessionOptions
 from annotator.session.spacing_answer import SpacingAnswer
 
@@ -279,6 +281,60 @@ def test_two_presses_of_next_go_two_volumes_on(qtbot: QtBot, session: Session, v
     session.next_volume()
     session.next_volume()
     qtbot.waitUntil(lambda: session.current_index == 2)
+
+
+def test_the_level_of_a_volume_that_was_left_is_given_up(
+    qtbot: QtBot, empty_session: Session, volume_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = volume_path.with_name("v002.npy")
+    np.save(other, np.full_like(np.load(volume_path), 90))
+    shutil.copy(sidecar_path(volume_path), sidecar_path(other))
+    given_up = threading.Event()
+
+    def average(volume: Volume, spacing_um: Vector, **options: Any) -> Level:
+        if volume.path == volume_path:
+            while not options["cancelled"]():
+                given_up.wait(0.001)
+            given_up.set()
+            raise Cancelled
+        return averaged_level(volume, spacing_um, **options)
+
+    monkeypatch.setattr(level_loader, "averaged_level", average)
+    open_and_wait(qtbot, empty_session, volume_path)
+    assert empty_session.slice_level is not None
+    open_and_wait(qtbot, empty_session, other)
+    qtbot.waitUntil(lambda: not empty_session.jobs.running)
+    assert given_up.is_set()
+    assert empty_session.slice_level.kind == "averaged"
+    assert (empty_session.slice_level.data == 90).all()
+
+
+def test_an_opening_takes_the_place_of_one_that_still_reads(
+    qtbot: QtBot, empty_session: Session, volume_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = volume_path.with_name("v002.npy")
+    shutil.copy(volume_path, other)
+    shutil.copy(sidecar_path(volume_path), sidecar_path(other))
+    begun, go_on = threading.Event(), threading.Event()
+    prepare = opening.prepare
+
+    def slow(found: opening.Found, *rest: Any) -> opening.Opened:
+        if found.volume.path == volume_path:
+            begun.set()
+            assert go_on.wait(30)
+        return prepare(found, *rest)
+
+    monkeypatch.setattr(opening, "prepare", slow)
+    opened: list[Path] = []
+    empty_session.volume_changed.connect(
+        lambda: opened.append(empty_session.volume.path) if empty_session.volume is not None else None
+    )
+    empty_session.open_path(volume_path)
+    qtbot.waitUntil(begun.is_set)
+    open_and_wait(qtbot, empty_session, other)
+    go_on.set()
+    qtbot.waitUntil(lambda: not empty_session.jobs.running)
+    assert opened == [other]
 
 
 def test_done_says_what_is_missing(qtbot: QtBot, session: Session) -> None:

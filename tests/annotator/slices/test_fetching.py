@@ -1,6 +1,7 @@
 """Reading in the background, with a disk that answers when the test lets it."""
 
 import threading
+import weakref
 from collections.abc import Iterator
 
 import numpy as np
@@ -256,3 +257,19 @@ def test_a_view_keeps_the_coarse_image_and_says_so_when_reading_fails(
     assert not view.is_sharp
     assert view._image is not None
     assert "cannot be read" in view._header(view.viewport).remark  # type: ignore[arg-type]
+
+
+def test_the_slices_of_another_volume_are_given_back_in_a_reading_thread(
+    qtbot: QtBot, session: Session
+) -> None:
+    fetcher = SliceFetcher(session)
+    with qtbot.waitSignal(fetcher.slice_arrived):
+        fetcher.fetch(0, 3)
+    given_back_in: list[threading.Thread] = []
+    source = fetcher._source
+    weakref.finalize(source, lambda: given_back_in.append(threading.current_thread()))
+    del source
+    session.close_volume()
+    qtbot.waitUntil(lambda: bool(given_back_in))
+    assert given_back_in[0].name.startswith("slices-")
+    fetcher.close()
