@@ -14,8 +14,9 @@ from annotations.documents.study import load_study
 from annotations.durable_files import replace_durably
 from annotations.errors import UserError, first_problem
 from annotations.interchange.split import SplitRule, split_rule
-from annotations.learning.settings import SettingsError, TrainingSettings, parse_settings
+from annotations.learning.stages import learned_fingerprints, said_settings, seen_seeds
 from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
+from annotations.prediction.checkpoint_description import TrainingSummary
 from annotations.prediction.evaluation import (
     Evaluation,
     HeldOut,
@@ -135,16 +136,12 @@ def _check_use(arguments: argparse.Namespace) -> None:
 
 def _synthetic(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SyntheticVolumes:
     seed = _SEED if arguments.seed is None else arguments.seed
-    if settings := _training_settings(checkpoint):
-        seen = {settings.validation.seed} | (
-            {settings.synthetic.seed} if settings.synthetic.volumes else set()
+    if seed in seen_seeds(checkpoint.description.training):
+        raise UserError(
+            f"the checkpoint has seen the volumes of seed {seed} in its training",
+            where=checkpoint.path,
+            remedy="Take another with --seed",
         )
-        if seed in seen:
-            raise UserError(
-                f"the checkpoint has seen the volumes of seed {seed} in its training",
-                where=checkpoint.path,
-                remedy="Take another with --seed",
-            )
     conditions = PLAIN_CONDITIONS if arguments.conditions == "plain" else TRAINING_CONDITIONS
     changes = {
         name: (value, value)
@@ -156,16 +153,6 @@ def _synthetic(arguments: argparse.Namespace, checkpoint: Checkpoint) -> Synthet
     except ValidationError as error:
         arguments.misuse(f"--looks or --noise-sigma-grey is out of range: {first_problem(error)}")
     return SyntheticVolumes(arguments.synthetic, seed, conditions)
-
-
-def _training_settings(checkpoint: Checkpoint) -> TrainingSettings | None:
-    """Return the settings of the training; None where it does not say, or in a way of its own."""
-    said = checkpoint.description.training.settings
-    try:
-        return parse_settings(said, checkpoint.path) if said else None
-    except SettingsError:
-        # Of another version of this program, or of another program: what it finds can be judged all the same.
-        return None
 
 
 def _conditions_in_words(conditions: SceneConditions) -> str:
@@ -181,14 +168,15 @@ def _held_out(arguments: argparse.Namespace, checkpoints: Sequence[Checkpoint]) 
         return None
     trainings = [checkpoint.description.training for checkpoint in checkpoints]
     # All are judged by the same volumes, none of which any of them was trained on.
-    trained_on = frozenset[str]().union(*(each.training_fingerprints for each in trainings))
-    return HeldOut(arguments.split, _rule(arguments, checkpoints[0]), trained_on)
+    trained_on = frozenset[str]().union(*map(learned_fingerprints, trainings))
+    rule, named = _part_of_training(arguments, checkpoints[0])
+    return HeldOut(arguments.split, rule, trained_on, named)
 
 
 def _truth(arguments: argparse.Namespace, checkpoint: Checkpoint) -> Truth:
     """Return whose annotations are asked for, else those of the training if it was on this study."""
     method, annotator = arguments.method, arguments.annotator
-    settings = _training_settings(checkpoint)
+    settings = said_settings(_on_studies(checkpoint))
     if settings is not None and _is_of_training(arguments, checkpoint):
         # With other annotations other volumes would be split.
         method = settings.annotated.method if method is None else method
@@ -197,31 +185,49 @@ def _truth(arguments: argparse.Namespace, checkpoint: Checkpoint) -> Truth:
 
 
 def _is_of_training(arguments: argparse.Namespace, checkpoint: Checkpoint) -> bool:
-    return load_study(arguments.study).title in checkpoint.description.training.studies
+    title = load_study(arguments.study).title
+    return any(title in stage.studies for stage in checkpoint.description.training.stages)
 
 
-def _rule(arguments: argparse.Namespace, checkpoint: Checkpoint) -> SplitRule:
-    """Return the split that was asked for, else that of the training."""
-    training = checkpoint.description.training
+def _on_studies(checkpoint: Checkpoint) -> TrainingSummary:
+    """Return the last training of the checkpoint that was on studies, or the last of all."""
+    stages = checkpoint.description.training.stages
+    return next((stage for stage in reversed(stages) if stage.studies), stages[-1])
+
+
+def _part_of_training(
+    arguments: argparse.Namespace, checkpoint: Checkpoint
+) -> tuple[SplitRule, frozenset[str] | None]:
+    """Return the split that was asked for, else that of the training, and if need be the part's volumes."""
+    training = _on_studies(checkpoint)
     shares, seed = arguments.shares, arguments.split_seed
-    if shares is None or seed is None:
-        settings = _training_settings(checkpoint)
-        if not training.studies or settings is None:
-            raise UserError(
-                "the checkpoint does not say that it was trained on a study, and knows of no split",
-                where=arguments.checkpoint,
-                remedy="Take all volumes, or say what split with --shares and --split-seed",
-            )
-        if len(training.studies) > 1:
-            raise UserError(
-                "the checkpoint was trained on several studies, whose volumes were split together",
-                where=arguments.checkpoint,
-                remedy="Take a study that it was not trained on, or say what split with --shares and "
-                "--split-seed",
-            )
-        shares = settings.annotated.shares if shares is None else shares
-        seed = settings.annotated.split_seed if seed is None else seed
-    return split_rule(shares, seed)
+    if shares is not None and seed is not None:
+        return split_rule(shares, seed), None
+    settings = said_settings(training)
+    if not training.studies or settings is None:
+        raise UserError(
+            "the checkpoint does not say that it was trained on a study, and knows of no split",
+            where=arguments.checkpoint,
+            remedy="Take all volumes, or say what split with --shares and --split-seed",
+        )
+    rule = split_rule(
+        settings.annotated.shares if shares is None else shares,
+        settings.annotated.split_seed if seed is None else seed,
+    )
+    if len(training.studies) == 1:
+        return rule, None
+    # Split together, so that the rule does not find the parts of one study.
+    known = {"train": training.training_fingerprints, "validation": training.validation_fingerprints}
+    named = frozenset(known.get(arguments.split, ()))
+    if not named or rule != settings.annotated.rule:
+        raise UserError(
+            "the checkpoint was trained on several studies, whose volumes were split together, and does not "
+            "name those of this part",
+            where=arguments.checkpoint,
+            remedy="Take a study that it was not trained on, or say what split with --shares and "
+            "--split-seed",
+        )
+    return rule, named
 
 
 def _doubt(arguments: argparse.Namespace, checkpoints: Sequence[Checkpoint]) -> str:

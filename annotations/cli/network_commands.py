@@ -134,6 +134,15 @@ def _add_train(commands: "Commands") -> None:
     train.add_argument(
         "--config", type=Path, metavar="FILE", help="settings (.toml) in place of the usual ones"
     )
+    train.add_argument(
+        "--from",
+        dest="origin",
+        type=Path,
+        metavar="CHECKPOINT",
+        help="begin with the weights of a checkpoint, also by its name if it ships, or of a training "
+        "(best.pt), not with random ones; with a study, synthetic volumes come first only if the settings "
+        "say how many",
+    )
     train.add_argument("--tool", metavar="NAME", help=_TOOL_HELP)
     train.add_argument(
         "--restart", action="store_true", help="begin again, and replace what an earlier training left"

@@ -24,6 +24,8 @@ def run(arguments: argparse.Namespace) -> int:
     settings = read_settings(arguments.config) if arguments.config else TrainingSettings()
     if arguments.threads is not None:
         settings = settings.model_copy(update={"threads": arguments.threads})
+    if arguments.origin is not None and arguments.studies:
+        settings = settings.going_on()
     if arguments.print_config:
         write_text(settings.as_toml().rstrip())
         return 0
@@ -35,14 +37,21 @@ def run(arguments: argparse.Namespace) -> int:
     from annotations.learning.annotated_examples import annotated_examples, find_studies
     from annotations.learning.checkpoint_training import train_checkpoint
     from annotations.learning.examples import AnnotatedExamples
+    from annotations.learning.origin import read_origin
+    from annotations.learning.stages import learned_fingerprints
 
     torch.set_num_threads(settings.threads or os.cpu_count() or 1)
     studies = find_studies(arguments.studies)
     tool = _tool(arguments.tool, studies)
+    origin = None if arguments.origin is None else read_origin(arguments.origin)
+    if origin is not None:
+        # Before the volumes are read.
+        origin.check(settings, tool)
+    learned = frozenset() if origin is None else learned_fingerprints(origin.description.training)
     with stopping() as stopped:
         try:
             annotated = (
-                annotated_examples(studies, settings.sampling, settings.annotated, say, stopped)
+                annotated_examples(studies, settings.sampling, settings.annotated, say, stopped, learned)
                 if studies
                 else AnnotatedExamples()
             )
@@ -54,6 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
                 say=say,
                 stopped=stopped,
                 restart=arguments.restart,
+                origin=origin,
             )
         except Cancelled:
             checkpoint = None

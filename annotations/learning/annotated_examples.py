@@ -1,7 +1,7 @@
 """Examples from the annotated volumes of studies. Needs no torch."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,6 +73,7 @@ def annotated_examples(
     settings: AnnotatedSettings,
     say: Callable[[str], None] = lambda _line: None,
     stopped: Callable[[], bool] = lambda: False,
+    learned: Collection[str] = (),
 ) -> AnnotatedExamples:
     """Sample the volumes for which an annotation speaks; they are read once and kept in memory.
 
@@ -89,6 +90,9 @@ def annotated_examples(
         Told what is read, and what is left out and why.
     stopped : callable, optional
         Asked before each volume whether to stop.
+    learned : collection of str, optional
+        Fingerprints of volumes that the network has learned from before. Wherever the split puts them, they
+        are for training: they would flatter it.
 
     Raises
     ------
@@ -111,12 +115,17 @@ def annotated_examples(
                 remedy="Finish annotations, make the consensus, or say whose to take (annotated.annotator)",
             )
         found += [(one, document) for document in documents]
+    fingerprints = [document.annotation.volume.fingerprint for _, document in found]
     splits = split_of(
         [
-            (f"{studies.index(one)}/{document.volume.id}", document.annotation.volume.fingerprint)
-            for one, document in found
+            (f"{studies.index(one)}/{document.volume.id}", of_volume)
+            for (one, document), of_volume in zip(found, fingerprints, strict=True)
         ],
         settings.rule,
+    )
+    splits = tuple(
+        "train" if of_volume in learned else split
+        for split, of_volume in zip(splits, fingerprints, strict=True)
     )
     sampled: dict[str, list[Example]] = {"train": [], "validation": []}
     for number, ((one, document), split) in enumerate(zip(found, splits, strict=True)):
@@ -134,14 +143,9 @@ def annotated_examples(
         tuple(sampled["validation"]),
         tuple(one.study.title for one in studies),
         hashlib.sha256(described.encode()).hexdigest(),
-        tuple(
-            sorted(
-                {
-                    document.annotation.volume.fingerprint
-                    for (_, document), split in zip(found, splits, strict=True)
-                    if split == "train"
-                }
-            )
+        *(
+            tuple(sorted({each for each, split in zip(fingerprints, splits, strict=True) if split == wanted}))
+            for wanted in sampled
         ),
     )
 

@@ -9,6 +9,7 @@ from annotations.geometry.tool import ToolSpecification
 from annotations.learning.conversion import convert_state
 from annotations.learning.examples import AnnotatedExamples
 from annotations.learning.networks import parameter_count
+from annotations.learning.origin import Origin
 from annotations.learning.settings import TrainingSettings
 from annotations.learning.state_file import write_state
 from annotations.learning.training import Training
@@ -31,6 +32,7 @@ def train_checkpoint(
     say: Callable[[str], None] = lambda _line: None,
     stopped: Callable[[], bool] = lambda: False,
     restart: bool = False,
+    origin: Origin | None = None,
 ) -> Checkpoint | None:
     """Train a network, go on with a training that was interrupted, and write its checkpoint.
 
@@ -48,6 +50,8 @@ def train_checkpoint(
         Asked after every step whether to stop.
     restart : bool
         Whether to begin again where a training was interrupted.
+    origin : Origin, optional
+        The network with whose weights it begins; random ones by default.
 
     Returns
     -------
@@ -72,7 +76,7 @@ def train_checkpoint(
             where=checkpoint,
             remedy="Choose another name for -o",
         )
-    training = Training(settings, tool, annotated, checkpoint, say, restart)
+    training = Training(settings, tool, annotated, checkpoint, say, restart, origin)
     is_done = training.run(stopped)
     path = training.folder.path / BEST_FILE
     if training.progress.rows:
@@ -82,8 +86,13 @@ def train_checkpoint(
 
 
 def _description(training: Training, name: str) -> CheckpointDescription:
-    settings, progress = training.settings, training.progress
-    fingerprints = training.annotated.training_fingerprints
+    settings, progress, annotated = training.settings, training.progress, training.annotated
+    origin = None if training.origin is None else training.origin.summary
+    named = len(annotated.training_fingerprints) + len(annotated.validation_fingerprints)
+    for stage in () if origin is None else origin.training.stages:
+        named += len(stage.training_fingerprints) + len(stage.validation_fingerprints)
+    # Some of them would pass for all.
+    are_few = named <= MOST_FINGERPRINTS
     return CheckpointDescription(
         name=name,
         network=settings.network.kind,
@@ -94,10 +103,10 @@ def _description(training: Training, name: str) -> CheckpointDescription:
         heatmaps=settings.heatmaps,
         training=TrainingSummary(
             synthetic_volumes=progress.synthetic_volumes,
-            studies=training.annotated.studies,
-            annotated_volumes=len(training.annotated.training),
-            # Some of them would pass for all.
-            training_fingerprints=fingerprints if len(fingerprints) <= MOST_FINGERPRINTS else (),
+            studies=annotated.studies,
+            annotated_volumes=len(annotated.training),
+            training_fingerprints=annotated.training_fingerprints if are_few else (),
+            validation_fingerprints=annotated.validation_fingerprints if are_few else (),
             epochs=len(progress.rows),
             seconds=round(progress.seconds, 1),
             validation_volumes=progress.validation_volumes,
@@ -106,6 +115,7 @@ def _description(training: Training, name: str) -> CheckpointDescription:
                 for name, (mean, deviation) in progress.best_errors.items()
             },
             settings=settings.as_toml(),
+            origin=origin,
         ),
         created=now(),
     )

@@ -41,8 +41,8 @@ class AnnotatedExamples:
         Their titles.
     fingerprint : str
         Of the annotations that they were made from, and their split.
-    training_fingerprints : tuple of str
-        Of the volumes to train on, each once and in ascending order.
+    training_fingerprints, validation_fingerprints : tuple of str
+        Of the volumes to train on, and of those held out, each once and in ascending order.
     """
 
     training: tuple[Example, ...] = ()
@@ -50,3 +50,4 @@ class AnnotatedExamples:
     studies: tuple[str, ...] = ()
     fingerprint: str = ""
     training_fingerprints: tuple[str, ...] = ()
+    validation_fingerprints: tuple[str, ...] = ()

@@ -32,10 +32,13 @@ def rebuilt_network(settings: NetworkSettings, weights: Mapping[str, Tensor]) ->
 def onnx_bytes(network: PoseNetwork) -> bytes:
     """Return a network as ONNX, for one volume at a time.
 
+    Its weights keep their names, so that a training can begin with them (`weights_of`). The normalisation
+    stays beside the convolutions: whoever runs the network merges them.
+
     Parameters
     ----------
     network : PoseNetwork
-        On the processor, in evaluation mode: its normalisation becomes part of the convolutions.
+        On the processor, in evaluation mode.
     """
     stream = io.BytesIO()
     with warnings.catch_warnings():
@@ -47,6 +50,8 @@ def onnx_bytes(network: PoseNetwork) -> bytes:
             stream,  # type: ignore[arg-type]
             dynamo=False,
             opset_version=_OPSET,
+            # As it is, which is in evaluation mode. To say so would merge the normalisation.
+            training=torch.onnx.TrainingMode.PRESERVE,
             input_names=["volume"],
             output_names=["heatmaps" if network.settings.gives_heatmaps else "numbers"],
         )
@@ -78,3 +83,26 @@ def halved(model_bytes: bytes) -> bytes:
     graph.node.extend(nodes)
     content: bytes = model.SerializeToString(deterministic=True)
     return content
+
+
+def weights_of(model_bytes: bytes) -> dict[str, Tensor]:
+    """Return the weights of a network in single precision, by the names that ONNX has for them.
+
+    Parameters
+    ----------
+    model_bytes : bytes
+        As `onnx_bytes` or `halved` gives them, or another exporter: its names are others.
+    """
+    graph = onnx.load_model_from_string(model_bytes).graph
+    arrays = {each.name: numpy_helper.to_array(each) for each in graph.initializer}
+    for node in graph.node:
+        # What was halved has its own name again afterwards; equal tensors are written once, and handed on.
+        if node.op_type == "Cast" and node.input[0] in arrays:
+            arrays[node.output[0]] = arrays.pop(node.input[0])
+        elif node.op_type == "Identity" and node.input[0] in arrays:
+            arrays[node.output[0]] = arrays[node.input[0]]
+    return {
+        name: torch.from_numpy(values.astype(np.float32))
+        for name, values in arrays.items()
+        if values.dtype in (np.float16, np.float32)
+    }

@@ -95,7 +95,8 @@ class AnnotatedSettings(_Section):
     split_seed : int
         Which of the possible splits.
     learning_rate : float
-        Largest, after a training on synthetic volumes; without one that of ``optimization`` counts.
+        Largest, after a training on synthetic volumes or with the weights of another; else that of
+        ``optimization`` counts.
     synthetic_share : float
         Share of each epoch's volumes that are synthetic, on top of the annotated ones.
     """
@@ -245,6 +246,13 @@ class TrainingSettings(_Section):
             dropout=self.network.dropout,
             width=self.network.width,
         )
+
+    def going_on(self) -> Self:
+        """Return the settings for a network that has learned: synthetic volumes only if they say how many."""
+        if "volumes" in self.synthetic.model_fields_set:
+            return self
+        synthetic = self.synthetic.model_copy(update={"volumes": 0})
+        return self.model_copy(update={"synthetic": synthetic})
 
     def as_toml(self) -> str:
         """Return the settings as TOML, from which they are read again as they are."""

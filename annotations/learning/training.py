@@ -15,8 +15,10 @@ from annotations.geometry.tool import ToolSpecification
 from annotations.learning.examples import AnnotatedExamples, Example
 from annotations.learning.networks import build_network
 from annotations.learning.objective import objective_of
+from annotations.learning.origin import Origin
 from annotations.learning.processor import channels_last, chosen_device, chosen_precision
 from annotations.learning.settings import TrainingSettings
+from annotations.learning.stages import learned_volumes
 from annotations.learning.synthetic_stream import SyntheticSeries, SyntheticStream, worker_count
 from annotations.learning.training_folder import Progress, Row, TrainingFolder
 from annotations.learning.training_plan import Part, learning_rate_at, planned_parts
@@ -46,10 +48,12 @@ class Training:
     progress : Progress
     best : dict of str to Tensor
         The weights that did best on the validation volumes.
+    origin : Origin or None
+        Whose weights it began with.
 
     Parameters
     ----------
-    settings, tool, annotated
+    settings, tool, annotated, origin
         See above.
     checkpoint : Path
         Beside it the training keeps its files; it is not written here.
@@ -61,8 +65,8 @@ class Training:
     Raises
     ------
     UserError
-        The settings fit neither the tool nor each other, a state that is there does not fit them, or there is
-        nothing to train on.
+        The settings do not fit the tool, the weights to begin with or each other, a state that is there does
+        not fit them, or there is nothing to train on.
     """
 
     def __init__(
@@ -73,8 +77,10 @@ class Training:
         checkpoint: Path,
         say: Callable[[str], None] = lambda _line: None,
         restart: bool = False,
+        origin: Origin | None = None,
     ) -> None:
         self.settings, self.tool, self.annotated, self._say = settings, tool, annotated, say
+        self.origin = origin
         self._device = chosen_device(settings.device)
         self._precision = chosen_precision(settings.optimization.precision, self._device)
         self._objective = objective_of(settings, tool, self._device)
@@ -87,16 +93,28 @@ class Training:
                 where="heatmaps.reduction",
                 remedy="Say so in the settings",
             )
+        if origin is not None:
+            origin.check(settings, tool)
+            origin.fill(network)
         # On a processor the network learns half as fast again with the channels last in memory.
         self.network = channels_last(network.to(self._device))
         self._average = WeightAverage(self.network, settings.optimization.average_decay)
         self._optimizer = self._new_optimizer()
-        self.folder = TrainingFolder(checkpoint, settings, f"{tool.fingerprint} {annotated.fingerprint}")
+        data = {
+            "another tool": tool.fingerprint,
+            "other annotations": annotated.fingerprint,
+            "other weights (--from)": "" if origin is None else origin.sha256,
+        }
+        self.folder = TrainingFolder(checkpoint, settings, data)
         self.progress = Progress()
         self.best = self._average.weights()
-        if not restart:
-            self._go_on()
-        self._parts = planned_parts(settings, annotated, self._held_out)
+        is_begun = not restart and self._go_on()
+        if origin is not None and not is_begun:
+            origin.say_differences(settings, tool, say)
+        seen = (
+            None if origin is None else learned_volumes(origin.description.training, settings.synthetic.seed)
+        )
+        self._parts = planned_parts(settings, annotated, self._held_out, seen)
 
     def run(self, stopped: Callable[[], bool] = lambda: False) -> bool:
         """Train to the end, or until asked to stop; returns whether the end was reached.
@@ -117,7 +135,8 @@ class Training:
 
     def _run_part(self, part: Part, stopped: Callable[[], bool]) -> bool:
         progress = self.progress
-        if progress.part and not progress.epoch and not progress.step and part.validation:
+        has_learned = progress.part or self.origin is not None
+        if has_learned and not progress.epoch and not progress.step and part.validation:
             # What was learned so far may be better than anything that comes.
             self._judge(part, {"part": part.name, "epoch": 0, "volumes": 0})
         workers = worker_count(self.settings.synthetic.workers) if part.synthetic else 0
@@ -282,10 +301,11 @@ class Training:
             is_last,
         )
 
-    def _go_on(self) -> None:
+    def _go_on(self) -> bool:
+        """Take over the state that is there; returns whether there was one."""
         saved = self.folder.read()
         if saved is None:
-            return
+            return False
         try:
             self.network.load_state_dict(saved.tensors["network"])
             self._average.network.load_state_dict(saved.tensors["average"])
@@ -300,6 +320,7 @@ class Training:
             ) from error
         self.progress, self._average.steps = saved.progress, saved.average_steps
         self._say(f"going on from {self.folder.path}, after {self.progress.seconds:.0f} s of training")
+        return True
 
 
 def _batch_refusal(error: Exception, batch: int) -> UserError | None:

@@ -17,7 +17,7 @@ from annotations.learning.settings import TrainingSettings, parse_settings
 
 STATE_FILE = "state.pt"
 BEST_FILE = "best.pt"
-_VERSION = "oct-training/1"
+_VERSION = "oct-training/2"
 _OF_THE_MACHINE = frozenset(("threads", "device", "synthetic.workers"))
 """Settings that may change while a training is interrupted."""
 
@@ -121,13 +121,13 @@ class TrainingFolder:
     ----------
     checkpoint : Path
     settings : TrainingSettings
-    data : str
-        Which tool and which annotations, so that a training does not go on with others.
+    data : mapping of str to str
+        Fingerprints of what a training must not go on with another of, by what to call another.
     """
 
-    def __init__(self, checkpoint: Path, settings: TrainingSettings, data: str) -> None:
+    def __init__(self, checkpoint: Path, settings: TrainingSettings, data: Mapping[str, str]) -> None:
         self.path = checkpoint.with_name(checkpoint.name + ".training")
-        self._settings, self._data = settings, data
+        self._settings, self._data = settings, dict(data)
         self._drawn_s = time.monotonic()
 
     def read(self) -> Saved | None:
@@ -148,7 +148,7 @@ class TrainingFolder:
                 raise ValueError(f"its version is {content['version']!r}, not {_VERSION!r}")
             settings = parse_settings(content["settings"], path)
             saved = Saved(Progress(**content["progress"]), content["tensors"], content["average_steps"])
-            data = content["data"]
+            data = dict(content["data"])
         except Exception as error:
             raise UserError(
                 f"it is no state of a training, or one of another version of this program "
@@ -158,10 +158,9 @@ class TrainingFolder:
             ) from error
         if different := _difference(settings, self._settings):
             raise UserError(f"the training was begun with {different}", where=path, remedy=remedy)
-        if data != self._data:
-            raise UserError(
-                "the training was begun with another tool or other annotations", where=path, remedy=remedy
-            )
+        for other, now in self._data.items():
+            if data.get(other) != now:
+                raise UserError(f"the training was begun with {other}", where=path, remedy=remedy)
         return saved
 
     def begin(self) -> None:

@@ -26,7 +26,7 @@ class Part:
     synthetic : int
         How many new synthetic ones come with them.
     synthetic_before : int
-        How many were seen in earlier parts.
+        How many were seen before: in earlier parts, or by the network with whose weights it all began.
     validation : tuple of Example
     learning_rate : float
         The largest one.
@@ -55,6 +55,7 @@ def planned_parts(
     settings: TrainingSettings,
     annotated: AnnotatedExamples,
     held_out: Callable[[], tuple[Example, ...]],
+    seen: int | None = None,
 ) -> tuple[Part, ...]:
     """Return the parts of a training.
 
@@ -64,6 +65,8 @@ def planned_parts(
     annotated : AnnotatedExamples
     held_out : callable
         Gives the synthetic volumes for validation, where they are needed.
+    seen : int, optional
+        From how many of the synthetic volumes the network has learned with whose weights the training begins.
 
     Raises
     ------
@@ -76,7 +79,7 @@ def planned_parts(
         volumes = min(synthetic.volumes, synthetic.epoch_volumes)
         epochs = math.ceil(synthetic.volumes / volumes)
         parts.append(
-            Part("synthetic", epochs, (), volumes, 0, held_out(), settings.optimization.learning_rate)
+            Part("synthetic", epochs, (), volumes, seen or 0, held_out(), settings.optimization.learning_rate)
         )
     count = len(annotated.training)
     if count and settings.annotated.epochs:
@@ -87,9 +90,11 @@ def planned_parts(
                 settings.annotated.epochs,
                 annotated.training,
                 round(count * share / (1 - share)),
-                parts[0].epochs * parts[0].synthetic if parts else 0,
+                (seen or 0) + (parts[0].epochs * parts[0].synthetic if parts else 0),
                 annotated.validation,
-                settings.annotated.learning_rate if parts else settings.optimization.learning_rate,
+                settings.annotated.learning_rate
+                if parts or seen is not None
+                else settings.optimization.learning_rate,
             )
         )
     if not parts:

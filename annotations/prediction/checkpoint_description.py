@@ -16,11 +16,14 @@ from annotations.volumes.sampling import Sampling
 SCHEMA: Literal["oct-checkpoint/1"] = "oct-checkpoint/1"
 
 _Count = Annotated[int, Field(ge=0, strict=True)]
+_Name = Annotated[str, Field(min_length=1, max_length=200)]
 _Text = Annotated[str, Field(max_length=100_000)]
 _Fingerprint = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 MOST_FINGERPRINTS = 10_000
 """A description that names more volumes would be larger than one may be."""
+
+_Fingerprints = Annotated[tuple[_Fingerprint, ...], Field(max_length=MOST_FINGERPRINTS)]
 
 
 class ErrorSummary(Record):
@@ -41,9 +44,10 @@ class TrainingSummary(Record):
         Titles of the studies whose annotated volumes it was trained on.
     annotated_volumes : int
         How many different ones.
-    training_fingerprints : tuple of str
-        Of these volumes, by which they are known wherever they turn up again; empty where they are more than
-        `MOST_FINGERPRINTS`, and of a checkpoint that does not say.
+    training_fingerprints, validation_fingerprints : tuple of str
+        Of these volumes, and of the annotated ones that were held out, by which they are known wherever they
+        turn up again; empty where they are more than `MOST_FINGERPRINTS`, and of a checkpoint that does not
+        say.
     epochs : int
     seconds : float
         Wall-clock time of the training, all its parts together.
@@ -52,17 +56,47 @@ class TrainingSummary(Record):
         By ``position_mm``, ``orientation_deg`` and ``<angle>_deg``, by the published formulas.
     settings : str
         The settings as TOML, from which it can be repeated.
+    origin : TrainingOrigin or None
+        With which weights it began; None for random ones.
     """
 
     synthetic_volumes: _Count = 0
     studies: tuple[str, ...] = ()
     annotated_volumes: _Count = 0
-    training_fingerprints: Annotated[tuple[_Fingerprint, ...], Field(max_length=MOST_FINGERPRINTS)] = ()
+    training_fingerprints: _Fingerprints = ()
+    validation_fingerprints: _Fingerprints = ()
     epochs: _Count = 0
     seconds: NonNegative = 0.0
     validation_volumes: _Count = 0
     validation: Mapping[str, ErrorSummary] = {}
     settings: _Text = ""
+    origin: "TrainingOrigin | None" = None
+
+    @property
+    def stages(self) -> "tuple[TrainingSummary, ...]":
+        """The trainings in a row, each begun with the weights of the one before; this is the last."""
+        stages = [self]
+        while (origin := stages[-1].origin) is not None:
+            stages.append(origin.training)
+        return tuple(reversed(stages))
+
+
+class TrainingOrigin(Record):
+    """The network with whose weights a training began.
+
+    Attributes
+    ----------
+    name : str
+        What people call its checkpoint.
+    sha256 : str
+        Of the file that the weights were read from.
+    training : TrainingSummary
+        How it was trained itself.
+    """
+
+    name: _Name
+    sha256: _Fingerprint
+    training: TrainingSummary
 
 
 class CheckpointDescription(Record):
@@ -92,7 +126,7 @@ class CheckpointDescription(Record):
     """
 
     schema_id: Literal["oct-checkpoint/1"] = Field(default=SCHEMA, alias="schema")
-    name: Annotated[str, Field(min_length=1, max_length=200)]
+    name: _Name
     network: Annotated[str, Field(min_length=1, max_length=100)]
     parameters: _Count
     tool: ToolSpecification

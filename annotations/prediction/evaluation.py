@@ -50,11 +50,15 @@ class HeldOut:
         Fingerprints of volumes that the checkpoint was trained on, as far as it says. They are for ``train``
         alone, wherever the rule puts them: it is applied to the volumes that are annotated now, which may be
         others than at the training.
+    named : frozenset of str or None
+        Fingerprints of the volumes of this part, where they are known: of a split of several studies together
+        the rule does not find the part that lies in one of them. None to go by the rule.
     """
 
     split: SplitName
     rule: SplitRule
     trained_on: frozenset[str] = frozenset()
+    named: frozenset[str] | None = None
 
 
 @dataclass(frozen=True)
@@ -224,6 +228,8 @@ def _range_in_words(drawn: tuple[float, float] | None, else_always: float) -> st
 
 
 def _part(documents: tuple[SpeakingDocument, ...], held_out: HeldOut) -> tuple[SpeakingDocument, ...]:
+    if (named := held_out.named) is not None:
+        return tuple(one for one in documents if one.annotation.volume.fingerprint in named)
     splits = split_of(
         [(one.volume.id, one.annotation.volume.fingerprint) for one in documents], held_out.rule
     )

@@ -7,7 +7,7 @@ _UNKNOWN = "it does not say"
 
 
 def training_in_words(training: TrainingSummary) -> str:
-    """Say what a network was trained on, and for how long."""
+    """Say what a network was trained on, and for how long; the weights with which it began come first."""
     parts = []
     if training.synthetic_volumes:
         parts.append(f"{training.synthetic_volumes:,} synthetic volumes")
@@ -17,7 +17,10 @@ def training_in_words(training: TrainingSummary) -> str:
         parts.append(f"{training.epochs:,} epochs")
     if training.seconds:
         parts.append(f"{training.seconds / 60:,.0f} minutes")
-    return ", ".join(parts) or _UNKNOWN
+    said = ", ".join(parts) or _UNKNOWN
+    if training.origin is None:
+        return said
+    return f"{training_in_words(training.origin.training)}; from there ({training.origin.name}) on {said}"
 
 
 def errors_in_words(training: TrainingSummary) -> str:

@@ -11,7 +11,7 @@ from annotations.cli import evaluate, main
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
 from annotations.documents.study import annotation_path, load_study
-from annotations.prediction.checkpoint_description import TrainingSummary
+from annotations.prediction.checkpoint_description import TrainingOrigin, TrainingSummary
 from annotations.prediction.report.file_names import REPORT_NAMES
 from tests.annotations.prediction.known_keypoints import COARSE, described, heatmaps_of, save_knowing
 
@@ -246,13 +246,43 @@ def test_a_checkpoint_that_knows_no_split_says_so(
     assert main(["evaluate", str(checkpoint), str(study), *options]) == 0
 
 
-def test_volumes_split_together_with_those_of_other_studies_are_not_told_apart(
+def test_volumes_split_together_with_those_of_other_studies_are_known_by_their_names_alone(
     tmp_path: Path, study: Path, truth_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    command = ["evaluate", "", str(study), "--json", "--split"]
     checkpoint = saved(tmp_path / "c.onnx", truth_path, studies=("a", "b"), settings=SETTINGS)
-
-    assert main(["evaluate", str(checkpoint), str(study), "--split", "validation"]) == 1
+    command[1] = str(checkpoint)
+    assert main([*command, "validation"]) == 1
     assert "several studies" in capsys.readouterr().err
+
+    first, second = (
+        load_annotation(annotation_path(study, "truth", name, "keypoints"))[0].volume.fingerprint
+        for name in ("v001", "v002")
+    )
+    about = {"training_fingerprints": (second,), "validation_fingerprints": (first, "0" * 64)}
+    path = saved(tmp_path / "d.onnx", truth_path, studies=("a", "b"), settings=SETTINGS, **about)
+    command[1] = str(path)
+    for split, expected in (("validation", "v001"), ("train", "v002")):
+        assert main([*command, split]) == 0
+        rows = json.loads(capsys.readouterr().out)["errors"]["rows"]
+        assert [row["volume"] for row in rows] == [expected]
+    assert main([*command, "test"]) == 1
+    assert "does not name those of this part" in capsys.readouterr().err
+
+
+def test_what_was_learned_before_counts_as_well(
+    tmp_path: Path, study: Path, truth_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    earlier = TrainingSummary(studies=(load_study(study).title,), settings=SETTINGS)
+    origin = TrainingOrigin(name="earlier", sha256="0" * 64, training=earlier)
+    checkpoint = saved(tmp_path / "c.onnx", truth_path, synthetic_volumes=3, origin=origin)
+
+    assert main(["evaluate", str(checkpoint), "--synthetic", "1", "--seed", "5"]) == 1
+    assert "has seen the volumes of seed 5" in capsys.readouterr().err
+    assert main(["evaluate", str(checkpoint), str(study)]) == 0
+    assert "was trained on volumes of" in capsys.readouterr().out
+    assert main(["evaluate", str(checkpoint), str(study), "--split", "validation", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["split_seed"] == 2
 
 
 def test_a_volume_that_cannot_be_judged_is_a_finding(

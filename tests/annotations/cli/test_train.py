@@ -12,10 +12,13 @@ import pytest
 import tomli_w
 
 from annotations.cli import main
+from annotations.documents.record import changed
 from annotations.learning.settings import TrainingSettings, parse_settings
-from annotations.prediction.checkpoint import load_checkpoint
+from annotations.prediction.checkpoint import load_checkpoint, save_checkpoint
+from annotations.prediction.checkpoint_description import TrainingSummary
 from annotations.synthesis import write_study
 from tests.annotations.learning.tiny_training import TINY, TOOL
+from tests.annotations.prediction.known_keypoints import described
 from tests.needs_torch import needs_torch
 
 
@@ -97,6 +100,60 @@ def test_a_study_makes_a_checkpoint(
     assert len(training.training_fingerprints) == 3
     assert parse_settings(training.settings, "checkpoint").annotated.epochs == 2
     assert [row["part"] for row in log(path)] == ["synthetic"] * 2 + ["annotated"] * 3
+
+
+def saved_network(path: Path) -> Path:
+    """Write a checkpoint of a tiny network that says that it has learned from three synthetic volumes."""
+    from annotations.learning.exporting import onnx_bytes
+    from annotations.learning.networks import build_network
+
+    settings = parse_settings(tomli_w.dumps(TINY), "tiny")
+    description = changed(
+        described(settings.sampling, settings.heatmaps, name="first"),
+        network="lean",
+        training=TrainingSummary(synthetic_volumes=3, settings=settings.as_toml()),
+    )
+    network = build_network(settings.network_settings(len(TOOL.keypoint_names), outputs=0)).eval()
+    save_checkpoint(path, description, onnx_bytes(network))
+    return path
+
+
+@needs_torch
+def test_a_checkpoint_is_tuned_on_a_study(
+    tmp_path: Path, recipe: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, second = saved_network(tmp_path / "first.onnx"), tmp_path / "second.onnx"
+    write_study(tmp_path / "study", TOOL, count=4, seed=3, shape=(20, 40, 40), title="Four")
+    tuning = {name: TINY[name] for name in ("device", "network", "heatmaps", "sampling", "optimization")}
+    recipe.write_text(tomli_w.dumps(tuning | {"threads": 1, "annotated": {"epochs": 1}}), encoding="utf-8")
+
+    arguments = ["train", str(tmp_path / "study"), "-o", str(second), "--config", str(recipe)]
+    assert main([*arguments, "--from", str(first)]) == 0
+
+    training = load_checkpoint(second).description.training
+    assert (training.synthetic_volumes, training.annotated_volumes) == (0, 3)
+    assert len(training.validation_fingerprints) == 1
+    assert training.origin is not None
+    assert training.origin.sha256 == load_checkpoint(first).sha256
+    assert training.origin.training == load_checkpoint(first).description.training
+    assert [(row["part"], row["epoch"]) for row in log(second)] == [("annotated", "0"), ("annotated", "1")]
+    assert main(["checkpoint", "info", str(second)]) == 0
+    assert "3 synthetic volumes" in (told := capsys.readouterr().out)
+    assert "from there (first) on 3 annotated volumes of Four" in told
+
+
+@needs_torch
+def test_weights_of_another_network_are_refused_before_volumes_are_read(
+    tmp_path: Path, recipe: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_study(tmp_path / "study", TOOL, count=1, seed=3, shape=(20, 40, 40))
+    recipe.write_text("[network]\nkind = 'v2v'\n", encoding="utf-8")
+    monkeypatch.setattr(
+        "annotations.learning.annotated_examples.annotated_examples", lambda *_rest: pytest.fail("read")
+    )
+    arguments = ["-o", str(tmp_path / "c.onnx"), "--config", str(recipe), "--from", "magnetic-forceps"]
+    assert main(["train", str(tmp_path / "study"), *arguments]) == 1
+    assert "Say network.kind = 'lean' in the settings" in capsys.readouterr().err
 
 
 @needs_torch

@@ -63,6 +63,20 @@ def test_the_volumes_to_train_on_are_known_by_their_fingerprints(made: Path) -> 
     assert 0 < len(expected) < 5
 
 
+def test_volumes_that_the_network_learned_from_before_are_not_held_out(made: Path) -> None:
+    studies = find_studies([made])
+    usual = annotated_examples(studies, SAMPLING, USUAL)
+    (held_out,) = usual.validation_fingerprints
+    assert held_out not in usual.training_fingerprints
+
+    seeds = [USUAL.model_copy(update={"split_seed": seed}) for seed in range(3)]
+    learned = usual.training_fingerprints
+    found = [annotated_examples(studies, SAMPLING, settings, learned=learned) for settings in seeds]
+
+    assert {each.validation_fingerprints for each in found} == {(held_out,), ()}
+    assert {len(each.training) + len(each.validation) for each in found} == {5}
+
+
 def test_what_a_network_said_and_nobody_touched_is_no_label(folder: Path) -> None:
     path = annotation_path(folder, "truth", "v001", "keypoints")
     document, expected = load_annotation(path)

@@ -42,6 +42,12 @@ def test_they_are_the_same_after_being_written(settings: TrainingSettings) -> No
     assert parse_settings(settings.as_toml(), "written") == settings
 
 
+def test_a_network_that_has_learned_goes_on_without_synthetic_volumes_unless_they_are_asked_for() -> None:
+    assert parse_settings("[synthetic]\nseed = 3\n", "x").going_on().synthetic.volumes == 0
+    asked = parse_settings("[synthetic]\nvolumes = 40\n", "x")
+    assert asked.going_on() == asked
+
+
 def test_a_table_of_conditions_replaces_all_of_them() -> None:
     conditions = parse_settings("[synthetic.conditions]\nclutter = [1, 2]\n", "x").synthetic.conditions
     assert conditions.clutter == (1, 2)

@@ -14,13 +14,17 @@ from tests.needs_torch import NEEDS_TORCH
 torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
 pytestmark = pytest.mark.torch
 
+from annotations.documents.record import changed as changed_record  # noqa: E402
 from annotations.durable_files import SaveError  # noqa: E402
 from annotations.errors import UserError  # noqa: E402
 from annotations.learning.examples import AnnotatedExamples  # noqa: E402
+from annotations.learning.origin import Origin  # noqa: E402
 from annotations.learning.settings import TrainingSettings  # noqa: E402
 from annotations.learning.training import Training  # noqa: E402
 from annotations.learning.validation import ValidationErrors  # noqa: E402
+from annotations.prediction.checkpoint_description import TrainingSummary  # noqa: E402
 from tests.annotations.learning.tiny_training import TOOL, annotated, tiny_settings  # noqa: E402
+from tests.annotations.prediction.known_keypoints import described  # noqa: E402
 
 torch.set_num_threads(1)
 
@@ -211,6 +215,69 @@ def test_fine_tuning_begins_with_the_best_of_what_came_before(
         assert torch.allclose(tuning[name], value, atol=1e-7)
     assert not all(torch.equal(last[name], value) for name, value in first.items())
     assert {state["step"].item() for state in training._optimizer.state.values()} == {1}
+
+
+def origin_of(training: Training, sha256: str = "a" * 64) -> Origin:
+    settings = training.settings
+    description = changed_record(
+        described(settings.sampling, settings.heatmaps),
+        network="lean",
+        training=TrainingSummary(
+            synthetic_volumes=training.progress.synthetic_volumes, settings=settings.as_toml()
+        ),
+    )
+    return Origin(Path("best.pt"), sha256, description, training.best)
+
+
+def test_a_training_may_begin_with_the_weights_of_another(tmp_path: Path) -> None:
+    settings = tiny_settings(synthetic={"volumes": 6})
+    earlier = Training(settings, TOOL, NOTHING, tmp_path / "a.onnx")
+    assert earlier.run()
+    slow = changed(settings, learning_rate=1e-9, average_decay=0.0, weight_decay=0.0)
+
+    later = Training(slow, TOOL, NOTHING, tmp_path / "b.onnx", origin=origin_of(earlier))
+    assert later.run()
+
+    for name, value in later.network.named_parameters():
+        assert torch.allclose(value, earlier.best[name], atol=1e-7)
+    before, _ = later.progress.rows
+    assert (before["part"], before["epoch"]) == ("synthetic", 0)
+    assert before["keypoint_mm_mean"] == pytest.approx(earlier.progress.rows[-1]["keypoint_mm_mean"])
+
+
+def test_what_begins_with_weights_goes_on_only_with_these(tmp_path: Path) -> None:
+    settings = tiny_settings(synthetic={"volumes": 6})
+    earlier = Training(settings, TOOL, NOTHING, tmp_path / "a.onnx")
+    origin = origin_of(earlier)
+    begun = Training(settings, TOOL, NOTHING, tmp_path / "b.onnx", origin=origin)
+    assert not begun.run(StopAfter(1))
+
+    for other in (None, origin_of(earlier, sha256="b" * 64)):
+        with pytest.raises(UserError, match=r"begun with other weights \(--from\)"):
+            Training(settings, TOOL, NOTHING, tmp_path / "b.onnx", origin=other)
+    resumed = Training(settings, TOOL, NOTHING, tmp_path / "b.onnx", origin=origin)
+    assert resumed.run()
+    whole = Training(settings, TOOL, NOTHING, tmp_path / "c.onnx", origin=origin)
+    assert whole.run()
+    assert shown(resumed) == shown(whole)
+
+
+def test_synthetic_volumes_that_were_seen_before_are_not_seen_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = tiny_settings(synthetic={"volumes": 6})
+    earlier = Training(settings, TOOL, NOTHING, tmp_path / "a.onnx")
+    assert earlier.run()
+    begun_at: list[int] = []
+    monkeypatch.setattr(
+        "annotations.learning.training.SyntheticStream",
+        lambda _series, first, _workers: begun_at.append(first) or pytest.fail("far enough"),
+    )
+    monkeypatch.setattr(Training, "_held_out", lambda _training: ())
+    later = Training(settings, TOOL, NOTHING, tmp_path / "b.onnx", origin=origin_of(earlier))
+    with pytest.raises(pytest.fail.Exception):
+        later.run()
+    assert begun_at == [6]
 
 
 def test_the_network_ends_with_its_last_weights_whatever_the_best_are(

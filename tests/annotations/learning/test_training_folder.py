@@ -26,7 +26,7 @@ class Hostile:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> TrainingFolder:
-    return TrainingFolder(tmp_path / "c.onnx", tiny_settings(), "data")
+    return TrainingFolder(tmp_path / "c.onnx", tiny_settings(), {"another tool": "abc"})
 
 
 def test_there_is_none_to_begin_with(folder: TrainingFolder) -> None:
@@ -46,6 +46,13 @@ def test_a_state_is_read_as_it_was_written(folder: TrainingFolder) -> None:
     assert saved.average_steps == 11
     assert torch.equal(saved.tensors["network"]["weight"], torch.arange(3.0))
     assert not (folder.path / "curves.svg").exists()
+
+
+def test_a_state_of_other_data_is_refused_by_what_is_other(folder: TrainingFolder, tmp_path: Path) -> None:
+    folder.write(Progress(), {}, 0, is_last=False)
+    now = {"another tool": "abc", "other weights": "def"}
+    with pytest.raises(UserError, match="the training was begun with other weights"):
+        TrainingFolder(tmp_path / "c.onnx", tiny_settings(), now).read()
 
 
 @pytest.mark.parametrize("content", [b"", b"no state", b"PK\x03\x04"])

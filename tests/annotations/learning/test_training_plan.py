@@ -34,6 +34,16 @@ def test_what_begins_with_annotated_volumes_has_the_full_learning_rate() -> None
     assert part.learning_rate == settings.optimization.learning_rate
 
 
+def test_a_network_that_has_learned_goes_on_with_new_synthetic_volumes_and_at_the_rate_for_tuning() -> None:
+    settings = tiny_settings(annotated={"synthetic_share": 0.5})
+    first, second = planned_parts(settings, annotated(6), lambda: (), seen=100)
+    assert (first.synthetic_before, second.synthetic_before) == (100, 112)
+
+    alone = tiny_settings(synthetic={"volumes": 0})
+    (part,) = planned_parts(alone, annotated(3), lambda: (), seen=0)
+    assert part.learning_rate == alone.annotated.learning_rate
+
+
 def test_each_annotated_volume_is_seen_once_an_epoch_in_another_order() -> None:
     settings = tiny_settings(annotated={"synthetic_share": 0.5})
     part = planned_parts(settings, annotated(6), lambda: ())[1]

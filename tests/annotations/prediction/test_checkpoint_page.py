@@ -17,6 +17,7 @@ from annotations.prediction.checkpoint import METADATA_KEY, save_checkpoint
 from annotations.prediction.checkpoint_description import (
     CheckpointDescription,
     ErrorSummary,
+    TrainingOrigin,
     TrainingSummary,
 )
 from annotations.prediction.heatmaps import HeatmapConvention
@@ -28,7 +29,7 @@ from annotations.volumes.sampling import Sampling
 from tests.annotations.prediction.tiny_networks import DESCRIPTION, SAMPLING, convolution, network
 
 PAGE = (Path(__file__).parents[3] / "docs" / "checkpoints.md").read_text(encoding="utf-8")
-MODELS = (CheckpointDescription, TrainingSummary, ErrorSummary, Sampling, HeatmapConvention)
+MODELS = (CheckpointDescription, TrainingSummary, TrainingOrigin, ErrorSummary, Sampling, HeatmapConvention)
 SPACING_UM = (200.0, 90.0, 24.0)
 
 
