@@ -1,6 +1,7 @@
 import itertools
 import mmap
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from annotations.volumes import VolumeError, mapping, open_volume, volume
+from annotations.volumes import VolumeError, mapping, open_volume, preview_factors, volume
 from annotations.volumes.mapping import MappedStorage
 
 sides = st.tuples(*[st.integers(1, 12)] * 3)
@@ -63,6 +64,25 @@ def test_what_is_asked_for_covers_what_is_read(
     assert asked[offset:][touched].all()
     assert bool(spans) is bool(touched.any())
     assert all(later[0] - before[1] > gap for before, later in itertools.pairwise(spans))
+
+
+def test_a_preview_asks_for_no_more_of_a_volume_four_times_as_large(tmp_path: Path) -> None:
+    storage = mapped(tmp_path / "v.raw", np.zeros((1, 1, 1), np.uint8), 0)
+    asked = []
+    for shape in ((1096, 1936, 1152), (1740, 3073, 1829), (4384, 1936, 1152)):
+        # What stands for the array is never looked at, but for where its voxels are.
+        array: Any = SimpleNamespace(itemsize=1, strides=(shape[1] * shape[2], shape[2], 1))
+        factors = preview_factors(shape, (15.9, 13.5, 9.4))
+        first, second, third = (
+            slice(0, length, factor) for length, factor in zip(shape, factors, strict=True)
+        )
+        pages = {
+            page
+            for start, stop in storage._spans(array, (first, second, third))
+            for page in range(start // mmap.PAGESIZE, -(-stop // mmap.PAGESIZE))
+        }
+        asked.append(len(pages))
+    assert max(asked[1:]) <= asked[0]
 
 
 @given(cut=cut_shapes(), order=st.sampled_from("CF"), piece_bytes=st.sampled_from([1, 100, 1 << 20]))
