@@ -50,7 +50,6 @@ class DisplayPanel(QWidget):
         layout.addWidget(scrolling_column(self._sections, "display_scroll"))
         session.view_changed.connect(self._on_session_view_changed)
         session.levels_changed.connect(self._on_session_levels_changed)
-        session.volume_changed.connect(self._on_session_volume_changed)
         self._take_histogram()
 
     def _make_intensity(self) -> QWidget:
@@ -186,10 +185,6 @@ class DisplayPanel(QWidget):
 
     @Slot()
     def _on_session_levels_changed(self) -> None:
-        self._take_histogram()
-
-    @Slot()
-    def _on_session_volume_changed(self) -> None:
         self._take_histogram()
 
     def _rounded(self, intensity: float) -> float:
