@@ -2,6 +2,7 @@
 
 import re
 from datetime import UTC, datetime
+from functools import cache
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
@@ -70,5 +71,15 @@ R = TypeVar("R", bound=Record)
 
 def changed(record: R, **fields: Any) -> R:
     """Return a copy of a record with some fields changed, validated as if it were read from a file."""
-    values = {name: getattr(record, name) for name in type(record).model_fields}
-    return type(record)(**(values | fields))
+    kind = type(record)
+    values = {name: getattr(record, name) for name in kind.model_fields}
+    copy = kind(**(values | fields))
+    # Pydantic notes for each record which of its fields were given; here they all are. One note for all of
+    # them: thousands of documents are kept to be undone, and half of what each takes were its notes.
+    object.__setattr__(copy, "__pydantic_fields_set__", _all_fields(kind))
+    return copy
+
+
+@cache
+def _all_fields(kind: type[Record]) -> set[str]:
+    return set(kind.model_fields)

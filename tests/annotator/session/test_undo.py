@@ -1,11 +1,14 @@
 """Whatever is edited in whatever order: undo and redo give back exactly the documents that were there."""
 
+import gc
 import math
+import tracemalloc
 from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from PySide6.QtWidgets import QApplication
 
 from annotations.documents.annotation import Annotation
 from annotations.geometry.boxes import Box
@@ -116,3 +119,29 @@ def check_history(session: Session, steps: list[tuple[Any, ...]]) -> None:
     while session.undo_stack.canUndo():
         session.undo_stack.undo()
     assert session.document == start
+
+
+def test_an_edit_takes_little_memory_and_closing_gives_it_back(session: Session) -> None:
+    def edit(count: int) -> None:
+        for step in range(count):
+            session.type_position("k0", (100.0 + step / 7, 200.0, 188.0))
+
+    edit(20)
+    gc.collect()
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        edit(200)
+        gc.collect()
+        taken = tracemalloc.get_traced_memory()[0] - before
+        session.save()
+        session.close_volume()
+        QApplication.processEvents()
+        gc.collect()
+        left = tracemalloc.get_traced_memory()[0] - before
+    finally:
+        tracemalloc.stop()
+
+    # 10,000 edits are to stay under 50 MiB.
+    assert taken / 200 < 50 * 2**20 / 10_000
+    assert left < taken / 4
