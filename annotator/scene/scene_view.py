@@ -33,8 +33,9 @@ from annotator.settings import Renderer
 if TYPE_CHECKING:
     from annotator.scene.stage import SceneLook, Stage
 
-REST_MS = 150
-"""This long after the last change of the volume's picture it is drawn at its best."""
+REST_MS = 130
+"""This long after the last change of the volume's picture was met it is drawn at its best: within 150 ms of
+the move itself."""
 
 _FOLLOW_MS = 80
 """Without a GPU the scene shows this long after they moved where the slices lie: they go first."""
