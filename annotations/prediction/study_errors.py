@@ -147,11 +147,14 @@ class VolumeTruth:
         With which it was made.
     whose : str
         Its annotator.
+    path : Path
+        Of its file.
     """
 
     annotation: Annotation
     tool: ToolSpecification
     whose: str
+    path: Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +227,8 @@ def read_truths(
         study, folder, tool, folders, choice, lambda share: progress(share / 2), cancelled
     )
     by_volume = {
-        each.volume.id: VolumeTruth(each.annotation, each.tool, each.annotator) for each in documents
+        each.volume.id: VolumeTruth(each.annotation, each.tool, each.annotator, each.path)
+        for each in documents
     }
     return StudyTruths(
         title=study.title,

@@ -49,17 +49,28 @@ def load_verdicts(folder: Path, checkpoint_name: str, reviewer: str) -> VerdictL
     return found
 
 
-def study_verdicts(folder: Path, checkpoint_name: str) -> tuple[VerdictList, ...]:
-    """Read what all reviewers say of a checkpoint in a study, by their names; without those who say nothing.
+def study_verdicts(
+    folder: Path, checkpoint_name: str
+) -> tuple[tuple[VerdictList, ...], tuple[DocumentError, ...]]:
+    """Read what all reviewers say of a checkpoint in a study.
 
-    Raises
-    ------
-    DocumentError
-        One of the files cannot be read, is damaged, or of a newer schema. They are untouched.
+    Returns
+    -------
+    tuple of VerdictList
+        By the reviewers' names; without those who say nothing.
+    tuple of DocumentError
+        Why other files are not among them: they cannot be read, are damaged, or of a newer schema. They are
+        untouched.
     """
-    paths = sorted((folder / VERDICTS / folder_name(checkpoint_name)).glob("*.json"))
-    found = [_read(path) for path in paths]
-    return tuple(sorted((each for each in found if each.verdicts), key=lambda each: each.reviewer.casefold()))
+    found: list[VerdictList] = []
+    problems: list[DocumentError] = []
+    for path in sorted((folder / VERDICTS / folder_name(checkpoint_name)).glob("*.json")):
+        try:
+            found.append(_read(path))
+        except DocumentError as error:
+            problems.append(error)
+    said = sorted((each for each in found if each.verdicts), key=lambda each: each.reviewer.casefold())
+    return tuple(said), tuple(problems)
 
 
 def record_verdict(folder: Path, checkpoint_name: str, reviewer: str, verdict: VolumeVerdict) -> VerdictList:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from annotations.documents.files import DocumentError
 from annotations.documents.record import changed
 from annotations.errors import UserError
 from annotator.session.remembered import Remembered
@@ -188,7 +189,11 @@ class Judging(QObject):
         for checkpoint, judged in zip(review.checkpoints, review.material.checkpoints, strict=True):
             others = (each for each in judged.verdicts if each.reviewer != person)
             # Anew: a verdict may have been given while the errors were computed.
-            own = load_verdicts(review.folder, checkpoint.description.name, person)
+            try:
+                own = load_verdicts(review.folder, checkpoint.description.name, person)
+            except DocumentError:
+                # It is among the review's remarks, and what is there is not written over.
+                own = None
             self._lists[checkpoint.sha256] = (*others, *((own,) if own is not None else ()))
         self.changed.emit()
 

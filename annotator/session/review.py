@@ -1,26 +1,47 @@
 """A review of a study: what a report on its checkpoints is made of, and from which files."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from annotations.app_folders import tool_folder
+from annotations.documents.annotation import Annotation
 from annotations.documents.permission import check_may_see_all
+from annotations.documents.standing import standing
 from annotations.documents.study import Study, annotation_files
-from annotations.geometry.tool_library import find_tool
 from annotator.session.opinion_watch import FileMarks, file_marks
 
 if TYPE_CHECKING:
     # Half a second that only those wait for who review.
     from annotations.prediction.checkpoint import Checkpoint
-    from annotations.prediction.error_table import ErrorTable
+    from annotations.prediction.error_table import UnjudgedVolume
     from annotations.prediction.prediction import Prediction
     from annotations.prediction.report.material import JudgedCheckpoint, ReportMaterial
-    from annotations.prediction.study_errors import Truth
+    from annotations.prediction.study_errors import StudyTruths, Truth
 
 _UNFINISHED = "the errors show what the others found in volumes that are not done by you"
+
+
+@dataclass(frozen=True, eq=False)
+class ReadStudy:
+    """What a review is computed from.
+
+    Attributes
+    ----------
+    truths : StudyTruths
+    wanted : Truth
+        Whose annotations they are.
+    predictions : tuple of (mapping of str to Prediction)
+        Of each checkpoint, by the volume's id.
+    unread : tuple of (tuple of UnjudgedVolume)
+        Of each checkpoint, the predictions that cannot be used.
+    """
+
+    truths: "StudyTruths"
+    wanted: "Truth"
+    predictions: "tuple[Mapping[str, Prediction], ...]"
+    unread: "tuple[tuple[UnjudgedVolume, ...], ...]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +58,8 @@ class Review:
         Of the same checkpoints, in the same order.
     marks : FileMarks
         Of the files that were read.
+    read : ReadStudy
+        What was read, so that one annotation that is saved here need not have all of it read again.
     at : datetime
         When that was, in local time.
     """
@@ -45,6 +68,7 @@ class Review:
     checkpoints: "tuple[Checkpoint, ...]"
     material: "ReportMaterial"
     marks: FileMarks
+    read: "ReadStudy"
     at: datetime = field(default_factory=lambda: datetime.now().astimezone())
 
     @property
@@ -52,6 +76,16 @@ class Review:
         """What there is of each checkpoint, by the SHA-256 of its file."""
         judged = zip(self.checkpoints, self.material.checkpoints, strict=True)
         return {checkpoint.sha256: each for checkpoint, each in judged}
+
+    def is_spoken_by(self, volume: str, annotation: Annotation, path: Path) -> bool:
+        """Say whether an annotation that was saved is still the one that speaks for a volume."""
+        read = self.read.truths.by_volume.get(volume)
+        return (
+            read is not None
+            and read.path == path
+            and (annotation.status == "done" or self.read.wanted.unfinished)
+            and any(standing(part) == "counted" for part in annotation.parts)
+        )
 
     @property
     def is_paired(self) -> bool:
@@ -74,29 +108,40 @@ def computed_review(
     Raises
     ------
     UserError
-        The study, its tool or a file of verdicts is wrong, or the person may not see everybody's work.
+        The study or its tool is wrong, or the person may not see everybody's work.
     Cancelled
         `cancelled` returned true.
     """
-    from annotations.prediction.report.material import report_material  # late: few sessions review
+    from annotations.prediction.study_errors import kept_predictions, read_truths  # late: few sessions review
 
     # The open list tells of one method alone.
     check_may_see_all(study, folder, person, _UNFINISHED, cancelled)
     # Before they are read: what changes meanwhile is noticed.
     marks = review_marks(folder, checkpoints)
-    tables: list[ErrorTable] = []
-    predictions: list[Mapping[str, Prediction]] = []
-    for number, checkpoint in enumerate(checkpoints):
+    truths = read_truths(folder, truth, progress=progress, cancelled=cancelled)
+    kept = [kept_predictions(folder, each.description.name, each.sha256) for each in checkpoints]
+    read = ReadStudy(truths, truth, tuple(each for each, _ in kept), tuple(unread for _, unread in kept))
+    return _review_of(folder, tuple(checkpoints), read, marks)
 
-        def advance(share: float, number: int = number) -> None:
-            progress((number + share) / len(checkpoints))
 
-        table, predicted = _table_of(folder, checkpoint, truth, advance, cancelled)
-        tables.append(table)
-        predictions.append(predicted)
-    tool = find_tool(study.tool, (folder / "tools", tool_folder()))
-    material = report_material(tool, truth, tables, predictions, folder)
-    return Review(folder, tuple(checkpoints), material, marks)
+def changed_review(review: Review, volume: str, annotation: Annotation, path: Path) -> Review:
+    """Return a review after an annotation that speaks for a volume was saved here; only that volume is new.
+
+    How far people are apart stays as it was read, which one volume of many hardly moves.
+
+    Parameters
+    ----------
+    review : Review
+    volume : str
+        Its id; one of those that somebody speaks for.
+    annotation : Annotation
+        As it was saved.
+    path : Path
+        Where: what this file was like is not to be taken for a change by somebody else.
+    """
+    truths = review.read.truths.with_annotation(volume, annotation)
+    marks = frozenset(each for each in review.marks if each[0] != path) | file_marks([path])
+    return _review_of(review.folder, review.checkpoints, replace(review.read, truths=truths), marks)
 
 
 def review_marks(folder: Path, checkpoints: "Sequence[Checkpoint]") -> FileMarks:
@@ -108,18 +153,15 @@ def review_marks(folder: Path, checkpoints: "Sequence[Checkpoint]") -> FileMarks
     return file_marks((*annotation_files(folder), *predictions))
 
 
-def _table_of(
-    folder: Path,
-    checkpoint: "Checkpoint",
-    truth: "Truth",
-    progress: Callable[[float], None],
-    cancelled: Callable[[], bool],
-) -> "tuple[ErrorTable, Mapping[str, Prediction]]":
-    from annotations.prediction.study_errors import kept_predictions, study_errors  # late: as above
+def _review_of(
+    folder: Path, checkpoints: "tuple[Checkpoint, ...]", read: ReadStudy, marks: FileMarks
+) -> Review:
+    from annotations.prediction.report.material import report_material  # late: few sessions review
+    from annotations.prediction.study_errors import errors_against
 
-    description = checkpoint.description
-    predictions, unread = kept_predictions(folder, description.name, checkpoint.sha256)
-    table = study_errors(
-        folder, predictions, truth, description, unjudged=unread, progress=progress, cancelled=cancelled
-    )
-    return table, predictions
+    tables = [
+        errors_against(read.truths, predicted, checkpoint.description, unjudged=unread)
+        for checkpoint, predicted, unread in zip(checkpoints, read.predictions, read.unread, strict=True)
+    ]
+    material = report_material(read.truths.tool, read.wanted, tables, read.predictions, folder)
+    return Review(folder, checkpoints, material, marks, read)

@@ -11,7 +11,7 @@ from annotator.session.agreeing import Agreeing, subject_of
 from annotator.session.jobs import Job
 from annotator.session.predicting import Predicting
 from annotator.session.remembered import Remembered
-from annotator.session.review import Review, computed_review, review_marks
+from annotator.session.review import Review, changed_review, computed_review, review_marks
 from annotator.session.saving import SessionSaving
 from annotator.session.worklist import NAMELESS, WorkItem
 
@@ -267,6 +267,25 @@ class Reviewing(QObject):
 
     # Following
 
+    def _follow_saved(self) -> bool:
+        """Compute the open volume's errors again after a save here; False where all is to be read again."""
+        review, volume, document = self._review, self.open_volume, self._session.document
+        path = self._session.annotation_path
+        is_at_rest = self._computing is None and not self._is_stale and not self._is_due and self._is_followed
+        if review is None or volume is None or document is None or path is None or not is_at_rest:
+            return False
+        if self.refusal or not review.is_spoken_by(volume, document, path):
+            return False
+        self._computing = self._session.jobs.start(
+            "Computing the errors",
+            lambda _progress, _cancelled: changed_review(review, volume, document, path),
+            done=self._take,
+            failed=self._on_job_failed,
+            cancelled=self._on_job_cancelled,
+        )
+        self.changed.emit()
+        return True
+
     def _start(self) -> None:
         worklist, checkpoints = self._session.worklist, self._predicting.checkpoints
         study, folder, person = worklist.study, worklist.folder, self._session.person
@@ -352,7 +371,8 @@ class Reviewing(QObject):
     def _on_session_save_state_changed(self) -> None:
         if self._has_edited and not self._session.unsaved:
             self._has_edited = False
-            self._on_something_written()
+            if not self._follow_saved():
+                self._on_something_written()
 
     def _on_session_volume_changed(self) -> None:
         self._has_edited = False

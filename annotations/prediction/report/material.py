@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from annotations.documents.files import DocumentError
 from annotations.geometry.tool import ToolSpecification
 from annotations.prediction.error_table import ErrorTable
 from annotations.prediction.paired_errors import PairedErrors, paired_errors
@@ -125,10 +124,8 @@ def report_material(
     for table, predicted in zip(tables, predictions, strict=True):
         said: tuple[VerdictList, ...] = ()
         if folder is not None and table.checkpoint is not None:
-            try:
-                said = study_verdicts(folder, table.checkpoint.name)
-            except DocumentError as error:
-                said_besides.append(f"The verdicts are not shown: {str(error).rstrip('.')}")
+            said, problems = study_verdicts(folder, table.checkpoint.name)
+            said_besides += [f"Verdicts are not shown: {str(error).rstrip('.')}" for error in problems]
         checkpoints.append(JudgedCheckpoint(table, rank(table), predicted, said))
     judged = [table for table in tables if table.rows]
     paired = paired_errors(judged) if len(judged) > 1 else None

@@ -114,9 +114,9 @@ def test_reviewers_and_checkpoints_have_files_of_their_own(tmp_path: Path) -> No
     record_verdict(tmp_path, "a/b: of V2V?", "rita", on("v1"))
     withdraw_verdict(tmp_path, CHECKPOINT.name, "zoe", "v1")
 
-    assert [each.reviewer for each in study_verdicts(tmp_path, CHECKPOINT.name)] == ["Anna", "rita"]
-    assert [each.checkpoint for each in study_verdicts(tmp_path, "a/b: of V2V?")] == ["a/b: of V2V?"]
-    assert study_verdicts(tmp_path, "none") == ()
+    assert [each.reviewer for each in study_verdicts(tmp_path, CHECKPOINT.name)[0]] == ["Anna", "rita"]
+    assert [each.checkpoint for each in study_verdicts(tmp_path, "a/b: of V2V?")[0]] == ["a/b: of V2V?"]
+    assert study_verdicts(tmp_path, "none") == ((), ())
     assert load_verdicts(tmp_path, CHECKPOINT.name, "ben") is None
     path = verdict_path(tmp_path, CHECKPOINT.name, "rita")
     assert path == tmp_path / "verdicts" / "Known" / "rita.json"
@@ -142,11 +142,15 @@ def test_no_other_file_is_overwritten(tmp_path: Path, content: bytes) -> None:
     path = verdict_path(tmp_path, CHECKPOINT.name, "rita")
     path.parent.mkdir(parents=True)
     path.write_bytes(content)
+    record(tmp_path, on("v1"), "anna")
 
     with pytest.raises(SaveError, match="are not overwritten"):
         record(tmp_path, on("v1"))
-    with pytest.raises(DocumentError):
-        study_verdicts(tmp_path, CHECKPOINT.name)
+    said, [problem] = study_verdicts(tmp_path, CHECKPOINT.name)
+
+    assert [each.reviewer for each in said] == ["anna"]
+    assert problem.where is not None
+    assert str(path) in str(problem.where)
 
     assert path.read_bytes() == content
 

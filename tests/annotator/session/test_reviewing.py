@@ -1,11 +1,16 @@
 """What checkpoints are worth, as the session computes it, follows it and walks through it."""
 
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pytestqt.qtbot import QtBot
 
+from annotations.documents.files import DocumentFile
 from annotations.documents.study import ViewingRules
+from annotations.errors import UserError
+from annotations.prediction.verdict_file import verdict_path
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from tests.annotator.conftest import open_and_wait
@@ -15,6 +20,7 @@ from tests.annotator.reviewed_study import (
     IDS,
     LACKING,
     NEAR,
+    PEOPLE,
     SECOND,
     compute,
     predict,
@@ -171,6 +177,93 @@ def test_saving_an_edit_of_ones_own_is_followed(qtbot: QtBot, options: SessionOp
     assert after is not None
     assert after.keypoints_um["k0"] > before.keypoints_um["k0"] + 100.0
     anna.shut_down()
+
+
+class Reads(list[Path]):
+    """Which documents are read while it is watched."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        super().__init__()
+        read = DocumentFile.read
+
+        def noted(file: DocumentFile[Any], path: Path) -> bytes:
+            self.append(path)
+            return read(file, path)
+
+        monkeypatch.setattr(DocumentFile, "read", noted)
+
+    def of(self, kind: str) -> Counter[Path]:
+        """Return how often each was read of the volumes that are not open: that one is drawn besides."""
+        return Counter(path for path in self if kind in path.parts and "v001" not in path.name)
+
+
+def test_annotations_are_read_as_often_for_several_checkpoints_as_for_one(
+    qtbot: QtBot, rita: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reads = Reads(monkeypatch)
+    review(qtbot, rita)
+    once = reads.of("annotations")
+    rita.predicting.load(SECOND)
+    reads.clear()
+
+    compute(qtbot, rita)
+
+    assert len(once) == len(IDS[1:]) * len(PEOPLE)
+    assert reads.of("annotations") == once
+    assert set(reads.of("predictions").values()) == {1}
+
+
+def test_after_an_edit_of_ones_own_no_other_volume_is_read_again(
+    qtbot: QtBot, options: SessionOptions, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    anna = Session(options)
+    open_and_wait(qtbot, anna, folder)
+    review(qtbot, anna, FIRST, SECOND)
+    anna.reviewing.follow(True)
+    before = {volume: anna.reviewing.row_of(volume) for volume in IDS}
+    position_um = anna.shown_anchor_um("k0")
+    assert position_um is not None
+    anna.type_position("k0", (position_um[0] + 500.0, *position_um[1:]))
+    reads = Reads(monkeypatch)
+
+    with qtbot.waitSignal(anna.reviewing.computed, timeout=60_000):
+        anna.save()
+
+    assert not {path for path in reads if "v001" not in path.name and "verdicts" not in path.parts}
+    assert anna.reviewing.row_of("v001") != before["v001"]
+    assert [anna.reviewing.row_of(volume) for volume in IDS[1:]] == [before[volume] for volume in IDS[1:]]
+    computed = anna.reviewing.review
+    compute(qtbot, anna)
+    assert anna.reviewing.review is not computed
+    assert computed is not None
+    assert anna.reviewing.table is not None
+    assert anna.reviewing.table.rows == computed.material.tables[1].rows
+    anna.reviewing.look_for_changes()
+    qtbot.waitUntil(lambda: not anna.jobs.running)
+    assert not anna.reviewing.is_stale
+    anna.shut_down()
+
+
+def test_verdicts_that_cannot_be_read_keep_no_errors_from_being_shown(
+    qtbot: QtBot, rita: Session, folder: Path
+) -> None:
+    errors: list[UserError] = []
+    rita.error_raised.connect(errors.append)
+    path = verdict_path(folder, "first", "rita")
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"half a fi")
+
+    review(qtbot, rita)
+
+    assert rita.reviewing.table is not None
+    assert rita.reviewing.review is not None
+    [remark] = rita.reviewing.review.material.remarks
+    assert str(path) in remark
+    assert "move it away" in remark
+    assert not errors
+    rita.judging.judge("model_wrong")
+    assert path.read_bytes() == b"half a fi"
+    assert "not overwritten" in errors[0].problem
 
 
 def test_computing_can_be_cancelled(qtbot: QtBot, rita: Session) -> None:
