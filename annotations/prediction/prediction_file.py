@@ -1,5 +1,6 @@
 """Prediction files: where they lie, how they are read, and written so that no other file is lost."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -76,6 +77,30 @@ def study_prediction_paths(folder: Path, volume_id: str) -> tuple[Path, ...]:
     """Return the files in which a study keeps predictions of a volume, one a checkpoint, in order."""
     paths = (checkpoint / f"{volume_id}.json" for checkpoint in checkpoint_folders(folder))
     return tuple(path for path in paths if path.is_file())
+
+
+def predicted_volumes(
+    folder: Path, checkpoint_name: str, checkpoint_sha256: str
+) -> tuple[tuple[Path, str | None], ...]:
+    """Return which volumes have predictions of a checkpoint in a study, or in a folder of volumes.
+
+    They are not checked: it is a matter of milliseconds for hundreds. What cannot be read tells nothing.
+
+    Returns
+    -------
+    tuple of (Path, str or None)
+        The resolved path of each volume's file, and its dataset.
+    """
+    found = []
+    for path in sorted((folder / PREDICTIONS / folder_name(checkpoint_name)).glob("*.json")):
+        try:
+            fields = json.loads(path.read_bytes())
+            if fields["checkpoint"]["sha256"] == checkpoint_sha256:
+                volume = fields["volume"]
+                found.append(((path.parent / volume["path"]).resolve(), volume.get("dataset")))
+        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+            continue
+    return tuple(found)
 
 
 def loose_prediction_path(folder: Path, volume: Volume) -> Path:

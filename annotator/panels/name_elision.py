@@ -31,13 +31,13 @@ class ElidedNameDelegate(QStyledItemDelegate):
 
     Parameters
     ----------
-    names : callable
-        Returns all the names of the list.
+    shared : callable
+        Returns what all the names of the list begin with (`shared_beginning`).
     """
 
-    def __init__(self, names: Callable[[], Sequence[str]], parent: QWidget | None = None) -> None:
+    def __init__(self, shared: Callable[[], str], parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._names = names
+        self._shared = shared
 
     def initStyleOption(
         self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
@@ -45,4 +45,4 @@ class ElidedNameDelegate(QStyledItemDelegate):
         super().initStyleOption(option, index)
         taken = option.decorationSize.width() + option.fontMetrics.height()
         room_px = option.rect.width() - taken
-        option.text = elided_name(option.text, shared_beginning(self._names()), option.fontMetrics, room_px)
+        option.text = elided_name(option.text, self._shared(), option.fontMetrics, room_px)

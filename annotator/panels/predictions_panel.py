@@ -86,8 +86,8 @@ class PredictionsPanel(QWidget):
         self._tabs = named(QTabWidget(), "predictions_tabs", title="Errors")
         self._tabs.setDocumentMode(True)
         self._lay_out()
-        session.reviewing.changed.connect(self._draw)
         session.judging.changed.connect(self._draw)
+        # It changes with each change of the review, too.
         session.reporting.changed.connect(self._draw)
         session.predicting.running_changed.connect(self._draw)
         session.predicting.checkpoints_changed.connect(self._draw)
@@ -176,6 +176,8 @@ class PredictionsPanel(QWidget):
 
     @Slot()
     def _draw(self) -> None:
+        if self._session.more_follows:
+            return
         reviewing, predicting = self._session.reviewing, self._session.predicting
         has_checkpoint, study = bool(predicting.checkpoints), self._session.worklist.study
         self._checkpoint.setVisible(has_checkpoint)
@@ -243,7 +245,9 @@ class PredictionsPanel(QWidget):
             return f"{_NO_TRUTH}: {left_out}"
         doing = _COMPUTING if reviewing.is_computing else _CHANGED if reviewing.is_stale else ""
         told = (f"Computed at {review.at:%H:%M}.", doing, left_out, unfitness and f"{_sentence(unfitness)}.")
-        return " ".join(filter(None, told))
+        # Of verdicts that cannot be read: which file, and what to do.
+        remarks = (f"{remark}." for remark in review.material.remarks)
+        return " ".join(filter(None, (*told, *remarks)))
 
 
 def _offer(choice: QComboBox, entries: Sequence[tuple[str, str | None]], chosen: str | None) -> None:

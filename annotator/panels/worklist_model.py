@@ -1,24 +1,28 @@
 """The volumes to annotate as a list: status as a mark, label, flag, and the time spent."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, QPointF, Qt, Slot
-from PySide6.QtGui import QColor, QGuiApplication, QIcon, QPainter, QPen, QPixmap
+from PySide6.QtGui import QColor, QFontMetrics, QGuiApplication, QIcon, QPainter, QPen, QPixmap
 
 from annotator.looks import theme
 from annotator.looks.durations import duration
+from annotator.panels.name_elision import shared_beginning
 from annotator.panels.table_model import RIGHT, Heading, Index, TableModel, bold_font
 from annotator.session import Session
+from annotator.session.remembered import Remembered
 from annotator.session.worklist import ItemStatus, WorkItem
 
 _WORDS: dict[ItemStatus, str] = {"new": "to do", "in_progress": "in progress", "done": "done"}
 _COLUMNS = (
     Heading("Volume", ""),
     Heading("", "Flag"),
+    Heading("", "Predicted by the checkpoint in use"),
     Heading("Time", "Time spent at work, in minutes and seconds"),
 )
-VOLUME, FLAG, TIME = range(len(_COLUMNS))
+VOLUME, FLAG, PREDICTED, TIME = range(len(_COLUMNS))
 
 
 def status_words(status: ItemStatus) -> str:
@@ -34,11 +38,19 @@ class WorklistModel(TableModel):
         self._session = session
         self._items = session.items
         self._current = session.current_index
+        self._shared: Remembered[str] = Remembered()
+        self._icons: dict[object, QIcon] = {}
         session.worklist_changed.connect(self._on_session_worklist_changed)
+        session.predicted_volumes.changed.connect(self._on_session_predicted_volumes_changed)
 
-    def labels(self) -> tuple[str, ...]:
-        """Return the names of all the volumes."""
-        return tuple(item.label for item in self._items)
+    def shared_beginning(self) -> str:
+        """Return what the names of all the volumes begin with."""
+        return self._shared.result(_shared_beginning, self._items)
+
+    def widest_time(self, metrics: QFontMetrics) -> int:
+        """Return the width in pixels of the longest time."""
+        times = {_time(item) for item in self._items}
+        return max((metrics.horizontalAdvance(time) for time in times), default=0)
 
     def item(self, row: int) -> WorkItem:
         """Return what a row is about."""
@@ -47,8 +59,8 @@ class WorklistModel(TableModel):
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> Any:
-        # The flag's heading has no words, for there is no room for them.
-        is_read_out = role == Qt.ItemDataRole.AccessibleTextRole and section == FLAG
+        # The headings of marks have no words, for there is no room for them.
+        is_read_out = role == Qt.ItemDataRole.AccessibleTextRole and section in (FLAG, PREDICTED)
         return super().headerData(section, orientation, Qt.ItemDataRole.ToolTipRole if is_read_out else role)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
@@ -58,14 +70,17 @@ class WorklistModel(TableModel):
         is_current = index.row() == self._current
         match role:
             case Qt.ItemDataRole.DisplayRole:
-                return (item.label, "", _time(item))[column]
+                return (item.label, "", "", _time(item))[column]
             case Qt.ItemDataRole.AccessibleTextRole:
                 named = f"{item.label}, {self._words(item)}{', open' if is_current else ''}"
-                return (named, _flag_words(item), _time(item))[column]
+                return (named, _flag_words(item), self._predicted_words(item), _time(item))[column]
             case Qt.ItemDataRole.DecorationRole if column == VOLUME:
-                return _mark(item.status)
+                return self._icon(partial(_mark, item.status), item.status)
             case Qt.ItemDataRole.DecorationRole if column == FLAG and item.flag is not None:
-                return _flag()
+                return self._icon(_flag, FLAG)
+            case Qt.ItemDataRole.DecorationRole if column == PREDICTED:
+                is_predicted = self._session.predicted_volumes.has(item)
+                return self._icon(_predicted, PREDICTED) if is_predicted else None
             case Qt.ItemDataRole.TextAlignmentRole if column == TIME:
                 return RIGHT
             case Qt.ItemDataRole.FontRole if is_current:
@@ -91,28 +106,56 @@ class WorklistModel(TableModel):
             lines += [str(item.volume_path), f"Annotation: {item.annotation_path}"]
         if item.flag is not None:
             lines.append(_flag_words(item))
+        if words := self._predicted_words(item):
+            lines.append(words)
         if item.active_seconds:
             lines.append(f"{_time(item)} at work")
         return "\n".join(lines)
+
+    def _predicted_words(self, item: WorkItem) -> str:
+        predicted = self._session.predicted_volumes
+        return f"Predicted by {predicted.checkpoint_name}" if predicted.has(item) else ""
+
+    def _icon(self, make: Callable[[], QIcon], key: object) -> QIcon:
+        # Each row that is drawn asks for some; another palette needs others.
+        drawn_for = (key, QGuiApplication.palette().cacheKey())
+        if drawn_for not in self._icons:
+            self._icons[drawn_for] = make()
+        return self._icons[drawn_for]
 
     @Slot()
     def _on_session_worklist_changed(self) -> None:
         before, was_current = self._items, self._current
         items, current = self._session.items, self._session.current_index
-        if [_listed(item) for item in before] != [_listed(item) for item in items] or len(before) == 0:
+        if not before or not _are_same(before, items):
             self.beginResetModel()
             self._items, self._current = items, current
             self.endResetModel()
             return
         self._items, self._current = items, current
-        rows = {row for row, item in enumerate(items) if item != before[row]}
+        pairs = zip(before, items, strict=True)
+        rows = {row for row, (was, item) in enumerate(pairs) if item is not was and item != was}
         if current != was_current:
             rows |= {row for row in (was_current, current) if row is not None}
         self._redraw(sorted(rows))
 
+    @Slot()
+    def _on_session_predicted_volumes_changed(self) -> None:
+        if self._items:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self._items) - 1, PREDICTED))
 
-def _listed(item: WorkItem) -> object:
-    return (item.label, item.place)
+
+def _are_same(before: Sequence[WorkItem], items: Sequence[WorkItem]) -> bool:
+    """Say whether two lists are of the same volumes, under the same names."""
+    # Nearly always nearly all are the very same ones.
+    return len(before) == len(items) and all(
+        was is item or (was.label, was.place) == (item.label, item.place)
+        for was, item in zip(before, items, strict=True)
+    )
+
+
+def _shared_beginning(items: Sequence[WorkItem]) -> str:
+    return shared_beginning([item.label for item in items])
 
 
 def _time(item: WorkItem) -> str:
@@ -142,6 +185,26 @@ def _flag() -> QIcon:
     icon = QIcon(_flag_pixmap(theme.colors(palette).warning))
     icon.addPixmap(_flag_pixmap(palette.highlightedText().color()), QIcon.Mode.Selected)
     return icon
+
+
+def _predicted() -> QIcon:
+    palette = QGuiApplication.palette()
+    icon = QIcon(_predicted_pixmap(theme.colors(palette).muted))
+    icon.addPixmap(_predicted_pixmap(palette.highlightedText().color()), QIcon.Mode.Selected)
+    return icon
+
+
+def _predicted_pixmap(color: QColor) -> QPixmap:
+    """Return a cross, as predictions are drawn over the images."""
+    pixmap = QPixmap(32, 32)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(pixmap)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(color, 4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+    painter.drawLine(9, 9, 23, 23)
+    painter.drawLine(9, 23, 23, 9)
+    painter.end()
+    return pixmap
 
 
 def _flag_pixmap(color: QColor) -> QPixmap:

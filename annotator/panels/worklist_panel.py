@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QModelIndex, Qt, Signal, Slot
+from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QProgressBar,
     QPushButton,
+    QStyle,
     QTreeView,
     QVBoxLayout,
     QWidget,
@@ -21,8 +23,9 @@ from annotator.looks.durations import duration
 from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
 from annotator.panels.name_elision import ElidedNameDelegate
+from annotator.panels.table_model import bold_font
 from annotator.panels.worklist_filter import KINDS, WorklistFilter, kind_words
-from annotator.panels.worklist_model import FLAG, TIME, WorklistModel, status_words
+from annotator.panels.worklist_model import FLAG, PREDICTED, TIME, WorklistModel, status_words
 from annotator.session import Session
 from annotator.session.worklist import ItemStatus, WorkItem
 
@@ -42,6 +45,7 @@ class WorklistPanel(QWidget):
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._session = session
+        self._told: tuple[object, ...] | None = None
         self.setObjectName("worklist_panel")
         self.setAccessibleName("Volumes to annotate")
         self._title = ElidedText(name="worklist_title")
@@ -70,14 +74,13 @@ class WorklistPanel(QWidget):
         self._list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self._list.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self._list.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        self._list.setItemDelegateForColumn(0, ElidedNameDelegate(self._model.labels, self._list))
+        self._list.setItemDelegateForColumn(0, ElidedNameDelegate(self._model.shared_beginning, self._list))
         self._list.header().setStretchLastSection(False)
         self._list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        for column in (FLAG, TIME):
-            self._list.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+        # Qt would lay out every row in sight to measure them, each time that another volume is opened.
+        for column in (FLAG, PREDICTED, TIME):
+            self._list.header().setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
         self._list.header().setMinimumSectionSize(self.fontMetrics().height())
-        # By the rows in sight: to measure hundreds of them takes longer than to open a volume.
-        self._list.header().setResizeContentsPrecision(0)
         self._list.activated.connect(self._on_list_activated)
         self._shown.modelReset.connect(self._on_shown_model_reset)
 
@@ -109,7 +112,9 @@ class WorklistPanel(QWidget):
         layout.addWidget(self._list, 1)
         layout.addLayout(buttons)
         session.worklist_changed.connect(self._on_session_worklist_changed)
+        session.predicted_volumes.changed.connect(self._on_session_predicted_volumes_changed)
         self._draw()
+        self._draw_predicted()
 
     @property
     def selected(self) -> tuple[int, ...]:
@@ -137,11 +142,42 @@ class WorklistPanel(QWidget):
     def _on_shown_model_reset(self) -> None:
         self._draw()
 
+    @Slot()
+    def _on_session_predicted_volumes_changed(self) -> None:
+        self._draw_predicted()
+
+    def _draw_predicted(self) -> None:
+        self._list.setColumnHidden(PREDICTED, not self._session.predicted_volumes.is_any)
+
     def _draw(self) -> None:
+        self._title.setText(self._session.title or "Nothing is open")
+        worklist = self._session.worklist
+        told = (worklist.items, worklist.done_elsewhere, worklist.consensus_done, worklist.study)
+        # Another open volume changes nothing of it, and hundreds of items are counted.
+        if self._told is None or any(one is not other for one, other in zip(told, self._told, strict=True)):
+            self._told = told
+            self._draw_progress()
+            self._size_columns()
+        current = self._session.current_index
+        if current is not None:
+            index = self._shown.mapFromSource(self._model.index(current, 0))
+            if index.isValid() and self._list.currentIndex().row() != index.row():
+                self._list.setCurrentIndex(index)
+                self._list.scrollTo(index)
+
+    def _size_columns(self) -> None:
+        header, metrics = self._list.header(), self.fontMetrics()
+        mark_px = self._list.style().pixelMetric(QStyle.PixelMetric.PM_SmallIconSize) + metrics.height() // 2
+        is_flagged = any(item.flag is not None for item in self._session.items)
+        header.resizeSection(FLAG, mark_px if is_flagged else header.minimumSectionSize())
+        header.resizeSection(PREDICTED, mark_px)
+        time_px = self._model.widest_time(QFontMetrics(bold_font())) + metrics.height()
+        header.resizeSection(TIME, max(time_px, header.sectionSizeHint(TIME)))
+
+    def _draw_progress(self) -> None:
         items, worklist = self._session.items, self._session.worklist
         is_review = worklist.is_review
         done = worklist.consensus_done if is_review else sum(item.status == "done" for item in items)
-        self._title.setText(self._session.title or "Nothing is open")
         self._progress.setVisible(bool(items))
         self._progress.setRange(0, max(len(items), 1))
         self._progress.setValue(done)
@@ -152,12 +188,6 @@ class WorklistPanel(QWidget):
         self._summary.setVisible(bool(items))
         work = () if is_review else _work_lines(items, worklist.done_elsewhere)
         self._summary.setText("\n".join((progress, *work)))
-        current = self._session.current_index
-        if current is not None:
-            index = self._shown.mapFromSource(self._model.index(current, 0))
-            if index.isValid() and self._list.currentIndex().row() != index.row():
-                self._list.setCurrentIndex(index)
-                self._list.scrollTo(index)
 
 
 def _work_lines(items: Sequence[WorkItem], done_elsewhere: Mapping[Method, int]) -> list[str]:

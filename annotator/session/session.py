@@ -29,6 +29,7 @@ from annotator.session.neutral_words import NeutralWords
 from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
 from annotator.session.others import Others
+from annotator.session.predicted_volumes import PredictedVolumes
 from annotator.session.predicting import Predicting
 from annotator.session.recovering import tells_more
 from annotator.session.reporting import Reporting
@@ -74,6 +75,7 @@ class Session(SessionStepping):
         self.exporting = Exporting(self, self.agreeing, self)
         self.checkpoints = Checkpoints(self, self)
         self.predicting = Predicting(self, self.seeing, self._edit, self._opener.known_spacing, self)
+        self.predicted_volumes = PredictedVolumes(self, self.predicting, self)
         self.living = Living(self, self.predicting, self.seeing, self)
         self.reviewing = Reviewing(self, self.predicting, self.agreeing, self.open_item, self)
         self.judging = Judging(self, self.reviewing, self)
@@ -367,15 +369,20 @@ class Session(SessionStepping):
         self._stop_refining()
         self._close_file(nothing_left=True)
         before, self._worklist, self._current_index = self._worklist, request.worklist, request.index
+        refused: SaveError | None = None
+        self._more_follows = True
         try:
             self._install(opened)
         except SaveError as error:
+            refused = error
             self._opened, self._current_index = None, None
             self._install(None)
-            self.worklist_changed.emit()
-            self.report(error)
-            return
+        finally:
+            self._more_follows = False
         self.worklist_changed.emit()
+        if refused is not None:
+            self.report(refused)
+            return
         self._levels.load_averaged(opened.found.volume, opened.spacing_um)
         said = self.identifying.words_for(request.worklist), _number_words(before, request)
         if words := ". ".join(filter(None, (*said, skipped_words(self._skipped)))):

@@ -105,6 +105,7 @@ class SessionState(QObject):
         self._file: DocumentFile | None = None
         self._proposed: Annotation | None = None
         self._read_only_reason = ""
+        self._more_follows = False
         self.jobs = Jobs(self)
         self.undo_stack = QUndoStack(self)
         self.undo_stack.cleanChanged.connect(self._on_undo_stack_clean_changed)
@@ -117,6 +118,14 @@ class SessionState(QObject):
         self._levels.detail_failed.connect(self._on_levels_detail_failed)
 
     # What is open
+
+    @property
+    def more_follows(self) -> bool:
+        """Whether the signal that is being sent is not the last one of a change: ``worklist_changed`` is.
+
+        All properties are the new ones already. Who draws the same for several signals may wait for the last.
+        """
+        return self._more_follows
 
     @property
     def items(self) -> tuple[WorkItem, ...]:

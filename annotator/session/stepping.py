@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject
 from annotator.session.opening import OpeningRequest
 from annotator.session.options import SessionOptions
 from annotator.session.recovering import SessionRecovering
+from annotator.session.remembered import Remembered
 from annotator.session.worklist import WorkItem, Worklist
 
 
@@ -16,8 +17,9 @@ class SessionStepping(SessionRecovering):
 
     def __init__(self, options: SessionOptions, parent: QObject | None = None) -> None:
         super().__init__(options, parent)
-        self._unopened: set[tuple[Path, str | None]] = set()
+        self._unopened: frozenset[tuple[Path, str | None]] = frozenset()
         self._skipped: tuple[str, ...] = ()
+        self._next_to_do: Remembered[int | None] = Remembered()
 
     def open_item(self, index: int, *, skipped: Sequence[str] = ()) -> None:
         """Save what is open and open another item, and say then what was skipped on the way there."""
@@ -37,7 +39,7 @@ class SessionStepping(SessionRecovering):
         Those that could not be opened are passed over; see `skipped_to_do`.
         """
         _, here = self._destination()
-        return next((at for at in self._worklist.to_do(here) if not self._is_unopened(self.items[at])), None)
+        return self._next_to_do.result(_next_to_do, self._worklist, here, self._unopened)
 
     def skipped_to_do(self) -> tuple[str, ...]:
         """Return the names of what `next_to_do` passes over, in the order of the list."""
@@ -64,18 +66,23 @@ class SessionStepping(SessionRecovering):
 
     def _note_unopened(self, request: OpeningRequest) -> None:
         # By the volume: another pass over it, or by the other method, fails alike.
-        self._unopened.add(_volume_of(request.item))
+        self._unopened |= {_volume_of(request.item)}
 
     def _note_opened(self, request: OpeningRequest) -> None:
-        self._unopened.discard(_volume_of(request.item))
-
-    def _is_unopened(self, item: WorkItem) -> bool:
-        return _volume_of(item) in self._unopened
+        if _volume_of(request.item) in self._unopened:
+            self._unopened -= {_volume_of(request.item)}
 
 
 def skipped_words(labels: Sequence[str]) -> str:
     """Say which volumes were passed over."""
     return f"{', '.join(labels)} could not be opened: skipped; tell the study's lead" if labels else ""
+
+
+def _next_to_do(
+    worklist: Worklist, here: int | None, unopened: frozenset[tuple[Path, str | None]]
+) -> int | None:
+    to_do = worklist.to_do(here)
+    return next((at for at in to_do if _volume_of(worklist.items[at]) not in unopened), None)
 
 
 def _volume_of(item: WorkItem) -> tuple[Path, str | None]:

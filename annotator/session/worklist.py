@@ -141,6 +141,8 @@ class Worklist:
 
     def has_volumes_of(self, other: "Worklist") -> bool:
         """Whether it lists the same volumes, by whichever method: a queue's order depends on that."""
+        if self.items is other.items:
+            return True
         return {item.place for item in self.items} == {item.place for item in other.items}
 
     def index_of(self, item: WorkItem) -> int:

@@ -276,6 +276,8 @@ class MainWindow(QMainWindow):
         session.judging.changed.connect(self._draw_actions)
 
     def _draw_actions(self) -> None:
+        if self.session.more_follows:
+            return
         state = state_of(self.session, self._settings.recent_paths)
         also = {"perspective"} if self._looks.perspective else set()
         self.actions_by_name.draw(state, {*also, *self._parts.checked()})

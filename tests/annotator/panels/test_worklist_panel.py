@@ -1,5 +1,6 @@
 """The list of volumes: what it shows, and how it opens the next one."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,14 @@ from annotations.documents.locks import holder_of
 from annotations.documents.provenance import Stamps
 from annotations.documents.study import CONSENSUS, ViewingRules
 from annotations.volumes import write_sidecar
+from annotator.panels.worklist_model import PREDICTED, TIME
 from annotator.panels.worklist_panel import WorklistPanel
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.session.worklist import read_worklist
 from tests.annotator.blind_study import IDS, annotate, write_study
 from tests.annotator.conftest import open_and_wait
+from tests.annotator.reviewed_study import FIRST, predict, write_reviewed
 
 LEFT = Qt.MouseButton.LeftButton
 ROLE = Qt.ItemDataRole
@@ -234,14 +237,14 @@ def test_the_queue_sums_up_what_is_to_do_in_progress_done_flagged_and_how_long_i
     assert text_of(panel, "worklist_summary") == summary
     row = place_of(empty_session, "porcine-liver")
     model = listed(panel).model()
-    assert model.index(row, 2).data() == "1:02:05"
+    assert model.index(row, TIME).data() == "1:02:05"
     assert model.index(row, 1).data(ROLE.AccessibleTextRole) == "Flagged: dark"
     assert not model.index(row, 1).data(ROLE.DecorationRole).isNull()
     tip = model.index(row, 0).data(ROLE.ToolTipRole)
     assert tip == f"Volume {row + 1}: done\nFlagged: dark\n1:02:05 at work"
     other = place_of(empty_session, "first")
     assert model.index(other, 1).data(ROLE.DecorationRole) is None
-    assert model.index(other, 2).data() == ""
+    assert model.index(other, TIME).data() == ""
 
 
 def test_a_flag_and_the_time_are_in_the_list_at_once(
@@ -379,3 +382,36 @@ def test_every_pass_has_its_own_status_and_none_is_called_one(
     assert told[first] == (f"Volume {first + 1}", "done")
     assert told[again][0] == f"Volume {again + 1}"
     assert [status for _, status in told].count("done") == 1
+
+
+def test_volumes_that_the_checkpoint_in_use_has_predicted_are_marked(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
+) -> None:
+    folder = write_reviewed(tmp_path / "study")
+    (folder / "predictions" / "first" / "v002.json").unlink()
+    panel = WorklistPanel(empty_session)
+    qtbot.addWidget(panel)
+    items = panel.findChild(QTreeView, "worklist_list")
+    assert items is not None
+    model = items.model()
+
+    def marked() -> list[bool]:
+        return [model.index(row, PREDICTED).data(ROLE.DecorationRole) is not None for row in range(3)]
+
+    open_and_wait(qtbot, empty_session, folder)
+    assert items.isColumnHidden(PREDICTED)
+    with qtbot.waitSignal(empty_session.predicted_volumes.changed):
+        empty_session.predicting.load(FIRST)
+
+    assert not items.isColumnHidden(PREDICTED)
+    assert marked() == [True, False, True]
+    assert model.index(0, PREDICTED).data(ROLE.AccessibleTextRole) == "Predicted by first"
+    assert "Predicted by first" in model.index(0, 0).data(ROLE.ToolTipRole)
+    predict(folder, FIRST, "v002")
+    with qtbot.waitSignal(empty_session.predicted_volumes.changed):
+        empty_session.predicting.predicted.emit()
+    assert marked() == [True, True, True]
+    # Of the same name, and another one all the same.
+    with qtbot.waitSignal(empty_session.predicted_volumes.changed):
+        empty_session.predicting.load(replace(FIRST, sha256="3" * 64))
+    assert items.isColumnHidden(PREDICTED)

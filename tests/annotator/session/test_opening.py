@@ -17,6 +17,7 @@ from annotations.volumes import Cancelled, Level, Volume, averaged_level, read_s
 from annotator.session import Session, level_loader, opening
 from annotator.session.options import SessionOptions
 from annotator.session.spacing_answer import SpacingAnswer
+from tests.annotator.conftest import write_volume
 
 
 def open_and_wait(qtbot: QtBot, session: Session, path: Path) -> None:
@@ -355,3 +356,25 @@ def test_done_says_what_the_check_has_found(qtbot: QtBot, session: Session) -> N
     with qtbot.waitSignal(session.message_posted) as said:
         session.set_status("done")
     assert said.args[0] == f"Done and saved, though the check says: {mistake.text}"
+
+
+def test_of_the_signals_of_another_volume_the_last_one_is_known(
+    qtbot: QtBot, session: Session, volume_path: Path
+) -> None:
+    following: list[tuple[str, bool]] = []
+    for name in (
+        "volume_changed",
+        "levels_changed",
+        "view_changed",
+        "save_state_changed",
+        "worklist_changed",
+    ):
+        signal = getattr(session, name)
+        signal.connect(lambda *_, name=name: following.append((name, session.more_follows)))
+    write_volume(volume_path.with_name("v002.npy"))
+
+    open_and_wait(qtbot, session, volume_path.with_name("v002.npy"))
+
+    last = next(place for place, (_, more) in enumerate(following) if not more)
+    assert following[last] == ("worklist_changed", False)
+    assert {"volume_changed", "save_state_changed"} <= {name for name, _ in following[:last]}
