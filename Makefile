@@ -2,7 +2,7 @@
 # system libraries of Qt and VTK where that takes no password, and names the exact command where it does.
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-train lint format docs clean
+.PHONY: help demo test test-train lint style types tests format docs clean
 
 is_usable = $(1) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
@@ -41,25 +41,33 @@ demo:  ## set everything up, then open the application on the demo study
 	@$(PY) .ci/system_packages.py window
 	@$(PY) -m annotator demo
 
-test: lint  ## set everything up, then pass all checks and tests
-	@$(PY) -c 'import torch' 2>/dev/null && echo "Tests" || \
-		echo "Tests, without those that need torch: 'make test-train' installs it and passes them"
-	@launcher=$$($(PY) .ci/system_packages.py offscreen) && $$launcher $(PY) -m pytest -q -n auto
+test:  ## set everything up, then pass all checks and tests
+	@$(MAKE) --no-print-directory --jobs=2 types tests
 
 test-train:  ## install what trains networks as well, then pass the tests that need it
 	$(call set_up,[test$(comma)train])
 	@echo "Tests of training"
 	@launcher=$$($(PY) .ci/system_packages.py offscreen) && $$launcher $(PY) -m pytest -q -n auto -m torch
 
-lint:  ## style, types, and the direction of imports
+lint: style types  ## style, types, and the direction of imports
+
+style:
 	$(call set_up,[test])
 	@echo "Style"
 	@$(PY) -m ruff check --quiet .
 	@$(PY) -m ruff format --check --quiet . || { echo "Not formatted: 'make format' does it." >&2; exit 1; }
-	@echo "Types"
-	@$(PY) -m mypy --no-error-summary
 	@echo "Imports"
 	@$(PY) -c 'from importlinter.cli import lint_imports_command as main; main()' --no-logo
+
+# It takes a minute on one core: `make test` lets the tests begin meanwhile.
+types: style
+	@echo "Types"
+	@$(PY) -m mypy --no-error-summary
+
+tests: style
+	@$(PY) -c 'import torch' 2>/dev/null && echo "Tests" || \
+		echo "Tests, without those that need torch: 'make test-train' installs it and passes them"
+	@launcher=$$($(PY) .ci/system_packages.py offscreen) && $$launcher $(PY) -m pytest -q -n auto
 
 format:  ## rewrite the code in the project's style
 	$(call set_up,[test])
