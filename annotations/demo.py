@@ -7,7 +7,8 @@ import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from annotations.documents.study import STUDY_FILE, Study
+from annotations.documents.record import changed
+from annotations.documents.study import STUDY_FILE, Study, ViewingRules, save_study
 from annotations.durable_files import SaveError
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool_library import shipped_tools
@@ -79,6 +80,9 @@ def make_demo_study(
             progress=lambda share: progress(_SYNTHESIS_SHARE * share),
             cancelled=cancelled,
         )
+        # Who looks around here wants to see at once what a network says, and compares nobody.
+        study = changed(study, viewing=ViewingRules(others="always"))
+        save_study(study, unfinished)
         _write_predictions(study, unfinished, progress, cancelled)
         progress(1.0)
         _take_name(unfinished, folder)

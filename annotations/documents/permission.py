@@ -38,6 +38,8 @@ FREE = Permission(may_see=True)
 
 def while_at_work(study: Study, person: str) -> Permission:
     """Return what an annotator may see of a volume as long as the own work on it is not done."""
+    if study.viewing.others == "always":
+        return FREE
     if study.viewing.others == "never" and not study.is_reviewer(person):
         reason = _NEVER
     elif _has_repeats(study):

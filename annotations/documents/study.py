@@ -105,7 +105,9 @@ class ViewingRules(Record):
     Attributes
     ----------
     others : str
-        ``when_done``: once an annotator's own annotation of a volume is done; ``never``: not at all.
+        ``when_done``: once an annotator's own annotation of a volume is done; ``never``: not at all;
+        ``always``: at once, as for trying things out. That it was shown is written into the document then,
+        too, and counts as any other look.
     may_look : bool
         Whether an annotator may look before that; it is written into the document.
     reviewers : tuple of str
@@ -113,7 +115,7 @@ class ViewingRules(Record):
         everyone who does not annotate in the study.
     """
 
-    others: Literal["when_done", "never"] = "when_done"
+    others: Literal["when_done", "never", "always"] = "when_done"
     may_look: Truth = False
     reviewers: tuple[ReviewerName, ...] = ()
 

@@ -8,7 +8,7 @@ _LISTED_AT_MOST = 6
 _ORDERS = {"listed": "as listed, for everyone", "shuffled": "an order of each annotator's own"}
 _NAMES = {True: "numbers in place of the volumes' names", False: "the volumes' names"}
 _LOOKING = {True: "possible, and written down", False: "not possible"}
-_OTHERS = {"when_done": "once their own annotation is done", "never": "never"}
+_OTHERS = {"when_done": "once their own annotation is done", "never": "never", "always": "at once"}
 
 
 def study_changes(before: Study, after: Study) -> tuple[str, ...]:

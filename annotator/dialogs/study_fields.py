@@ -22,7 +22,11 @@ from annotator.looks.labels import ElidedText
 from annotator.looks.naming import named
 
 _METHOD_TEXTS: dict[Method, str] = {"keypoints": "&Keypoints", "boxes": "Bo&xes"}
-_OTHERS = (("Once one's own annotation is done", "when_done"), ("Never", "never"))
+_OTHERS = (
+    ("Once one's own annotation is done", "when_done"),
+    ("Never", "never"),
+    ("At once: nobody works blind", "always"),
+)
 
 
 class StudyFields(QWidget):

@@ -146,6 +146,8 @@ class Agreeing(QObject):
             return _OPEN_STUDY if worklist.lies_in_study else ""
         if self._person not in worklist.study.annotators:
             return "" if worklist.study.is_reviewer(self._person) else _NEVER
+        if worklist.study.viewing.others == "always":
+            return ""
         to_do = sum(item.status != "done" for item in worklist.items)
         if to_do and worklist.annotator == self._person:
             return _UNFINISHED.format(to_do, worklist.method)

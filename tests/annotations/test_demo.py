@@ -7,6 +7,7 @@ from annotations import demo
 from annotations.demo import make_demo_study
 from annotations.documents.checks import Finding, check_file
 from annotations.documents.files import load_annotation
+from annotations.documents.permission import permission
 from annotations.documents.study import load_study
 from annotations.documents.study_checks import check_study
 from annotations.durable_files import SaveError
@@ -45,6 +46,7 @@ def test_the_demo_study_opens_and_is_sound(empty_folder: Path) -> None:
     study = load_study(folder)
     assert len(study.volumes) == 5
     assert study.annotators == ("truth", "demo")
+    assert permission(study, folder, "demo", study.volumes[0].id).may_see
     for volume in study.volumes:
         assert check_file(folder / "annotations" / "truth" / f"{volume.id}.keypoints.json") == ()
     assert not (folder / "annotations" / "demo").exists()

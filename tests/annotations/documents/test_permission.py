@@ -144,3 +144,10 @@ def test_a_reviewer_who_annotates_does_so_blindly_too(tmp_path: Path, anna_is_do
     closed = with_rules(STUDY, viewing=ViewingRules(others="never", reviewers=("anna",)))
     assert not permission(closed, tmp_path, "anna", "v002").may_see
     assert permission(closed, tmp_path, "anna", "v001") == FREE
+
+
+def test_where_nobody_works_blind_everything_is_seen_at_once(tmp_path: Path) -> None:
+    study = changed(STUDY, viewing=ViewingRules(others="always"))
+
+    assert permission(study, tmp_path, "anna", "v001") == FREE
+    assert not permission(STUDY, tmp_path, "anna", "v001").may_see

@@ -22,6 +22,7 @@ from tests.annotator.reviewed_study import (
     NEAR,
     PEOPLE,
     SECOND,
+    annotation_of,
     compute,
     predict,
     review,
@@ -328,3 +329,22 @@ def test_another_study_puts_the_errors_away(qtbot: QtBot, rita: Session, tmp_pat
 
     assert rita.reviewing.review is None
     assert rita.judging.lists == {}
+
+
+def test_where_nobody_works_blind_predictions_and_errors_are_shown_at_once(
+    qtbot: QtBot, options: SessionOptions, tmp_path: Path
+) -> None:
+    folder = write_reviewed(tmp_path / "own", viewing=ViewingRules(others="always"))
+    annotation_of(folder, "v001").unlink()
+    anna = Session(options)
+    open_and_wait(qtbot, anna, folder)
+    assert anna.current_index == 0
+
+    review(qtbot, anna, whose="ben")
+    anna.look(layers=anna.view.layers | {"prediction"})
+    qtbot.waitUntil(lambda: anna.predicting.shown is not None)
+
+    assert len(anna.reviewing.order) == len(IDS)
+    # It is written down, as any other look is: the report on agreement leaves such work out.
+    assert ("predictions", "in_progress") in {(each.shown, each.status) for each in anna.viewings}
+    anna.shut_down()
