@@ -24,8 +24,9 @@ from annotations.learning.examples import AnnotatedExamples, Example
 from annotations.learning.settings import AnnotatedSettings
 from annotations.prediction.prediction_errors import positions_array_um
 from annotations.prediction.study_errors import true_positions_um
-from annotations.volumes import fingerprint, open_volume
-from annotations.volumes.sampling import Sampling, sample_volume
+from annotations.volumes import Volume, VolumeError, fingerprint, open_volume
+from annotations.volumes.sampling import Sampling, check_fits, sample_volume
+from annotations.volumes.spacing import SpacingUm
 
 
 @dataclass(frozen=True)
@@ -159,6 +160,7 @@ def _example(found: FoundStudy, document: SpeakingDocument, sampling: Sampling) 
                 where=volume.path,
                 remedy=f"Say with 'annotations check {found.folder}' what else is wrong, and mend it",
             )
+        _check_fits(volume, reference.spacing_um, sampling)
         samples = sample_volume(volume, reference.spacing_um, sampling)
     (keypoints_um,) = positions_array_um([true_positions_um(document.annotation, document.tool)], found.tool)
     return Example(
@@ -167,6 +169,19 @@ def _example(found: FoundStudy, document: SpeakingDocument, sampling: Sampling) 
         keypoints_um,
         reference.spacing_um,
     )
+
+
+def _check_fits(volume: Volume, spacing_um: SpacingUm, sampling: Sampling) -> None:
+    try:
+        check_fits(volume, spacing_um, sampling)
+    except VolumeError as error:
+        # Its own remedy is for those who have a checkpoint already.
+        raise UserError(
+            error.problem,
+            where=error.where,
+            remedy="Say in the settings how such volumes are sampled ([sampling]), or correct what this one "
+            "says of itself",
+        ) from error
 
 
 def _left_out(left_out: Sequence[LeftOut]) -> list[str]:

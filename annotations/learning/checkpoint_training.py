@@ -107,7 +107,8 @@ def _description(training: Training, name: str) -> CheckpointDescription:
             annotated_volumes=len(annotated.training),
             training_fingerprints=annotated.training_fingerprints if are_few else (),
             validation_fingerprints=annotated.validation_fingerprints if are_few else (),
-            epochs=len(progress.rows),
+            # A row of what a part began with is no epoch.
+            epochs=sum("loss" in row for row in progress.rows),
             seconds=round(progress.seconds, 1),
             validation_volumes=progress.validation_volumes,
             validation={

@@ -1,5 +1,6 @@
 """The settings of a training: one TOML file, with defaults that work. Needs no torch."""
 
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,6 +27,10 @@ Positive = Annotated[float, Field(gt=0, strict=True, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, strict=True, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, lt=1, strict=True)]
 Seed = Annotated[int, Field(ge=0, lt=1 << 32, strict=True)]
+
+
+_ARRAY = re.compile(r"\[\n([^\[\]=]*),\n\]")
+"""An array of numbers as it is written: each of them on a line of its own."""
 
 
 class SettingsError(UserError):
@@ -256,7 +261,8 @@ class TrainingSettings(_Section):
 
     def as_toml(self) -> str:
         """Return the settings as TOML, from which they are read again as they are."""
-        return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
+        written = tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
+        return _ARRAY.sub(lambda found: f"[{' '.join(found[1].split())}]", written)
 
 
 def read_settings(path: Path) -> TrainingSettings:
@@ -271,7 +277,9 @@ def read_settings(path: Path) -> TrainingSettings:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise SettingsError(
-            f"it could not be read ({error})", where=path, remedy="Choose another file"
+            f"it could not be read ({getattr(error, 'strerror', None) or error})",
+            where=path,
+            remedy="Choose another file",
         ) from error
     return parse_settings(text, path)
 

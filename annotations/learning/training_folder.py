@@ -209,7 +209,7 @@ def _csv_bytes(rows: Sequence[Row]) -> bytes:
 def _difference(before: TrainingSettings, now: TrainingSettings) -> str:
     """Say in which field settings differ in a way that a training would show; empty where in none."""
     first, second = (_fields(settings.model_dump(mode="json")) for settings in (before, now))
-    for name in first.keys() | second.keys():
+    for name in first | second:
         if first.get(name) != second.get(name) and name not in _OF_THE_MACHINE:
             return f"{name} = {first.get(name)!r}, and is now to go on with {second.get(name)!r}"
     return ""

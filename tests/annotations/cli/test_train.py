@@ -131,7 +131,7 @@ def test_a_checkpoint_is_tuned_on_a_study(
     assert main([*arguments, "--from", str(first)]) == 0
 
     training = load_checkpoint(second).description.training
-    assert (training.synthetic_volumes, training.annotated_volumes) == (0, 3)
+    assert (training.synthetic_volumes, training.annotated_volumes, training.epochs) == (0, 3, 1)
     assert len(training.validation_fingerprints) == 1
     assert training.origin is not None
     assert training.origin.sha256 == load_checkpoint(first).sha256

@@ -127,6 +127,13 @@ def test_a_volume_that_is_not_the_one_that_was_annotated_is_refused(folder: Path
     assert "v002.npy" in str(error.value)
 
 
+def test_volumes_that_are_too_coarse_ask_for_another_sampling(made: Path) -> None:
+    finer = SAMPLING.model_copy(update={"spacing_um": (622.0, 189.0, 131.6)})
+    with pytest.raises(UserError, match="apart along axis") as error:
+        annotated_examples(find_studies([made]), finer, USUAL)
+    assert "[sampling]" in error.value.remedy
+
+
 def test_a_study_without_annotations_is_refused_and_what_is_left_out_is_said(folder: Path) -> None:
     annotation_path(folder, "truth", "v001", "keypoints").unlink()
     said: list[str] = []

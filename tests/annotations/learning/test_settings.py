@@ -48,6 +48,12 @@ def test_a_network_that_has_learned_goes_on_without_synthetic_volumes_unless_the
     assert asked.going_on() == asked
 
 
+def test_arrays_are_written_on_one_line() -> None:
+    written = TrainingSettings().as_toml()
+    assert "shape = [28, 139, 83]\n" in written
+    assert "\n]" not in written
+
+
 def test_a_table_of_conditions_replaces_all_of_them() -> None:
     conditions = parse_settings("[synthetic.conditions]\nclutter = [1, 2]\n", "x").synthetic.conditions
     assert conditions.clutter == (1, 2)
