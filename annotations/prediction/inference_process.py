@@ -69,6 +69,7 @@ class InferenceProcess:
         spacing_um: SpacingUm | None,
         prediction_path: Path,
         cancelled: Callable[[], bool],
+        depth_axis: int | None = None,
     ) -> Prediction:
         """Predict the keypoints of a volume, and fit the pose of the tool: `predict_volume` over there.
 
@@ -82,6 +83,8 @@ class InferenceProcess:
             Where the prediction will be kept. Nothing is written.
         cancelled : callable
             Asked whether to stop; then the other process is ended, within a few tenths of a second.
+        depth_axis : int, optional
+            Along which the light travels, whatever the file says; by default as it or its sidecar says.
 
         Raises
         ------
@@ -91,7 +94,13 @@ class InferenceProcess:
             See `start`.
         """
         answer = self._ask(
-            "predict", volume_path, dataset, spacing_um, cancelled, prediction=str(prediction_path.absolute())
+            "predict",
+            volume_path,
+            dataset,
+            spacing_um,
+            cancelled,
+            prediction=str(prediction_path.absolute()),
+            depth_axis=depth_axis,
         )
         return Prediction.model_validate(answer.header["prediction"])
 
@@ -102,12 +111,13 @@ class InferenceProcess:
         dataset: str | None,
         spacing_um: SpacingUm,
         cancelled: Callable[[], bool],
+        depth_axis: int | None = None,
     ) -> VolumeHeatmaps:
         """Return where in a volume the network takes each keypoint to be.
 
         Parameters and errors are those of `predict`.
         """
-        answer = self._ask("heatmaps", volume_path, dataset, spacing_um, cancelled)
+        answer = self._ask("heatmaps", volume_path, dataset, spacing_um, cancelled, depth_axis=depth_axis)
         header = answer.header
         [probability] = unpacked(header["arrays"], answer.body)
         return VolumeHeatmaps(

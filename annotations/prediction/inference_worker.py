@@ -101,13 +101,13 @@ class InferenceWorker:
         return tasks[request["task"]](request)
 
     def _predict(self, request: Mapping[str, Any]) -> Answer:
-        with open_volume(Path(request["volume"]), dataset=request["dataset"]) as volume:
+        with _opened(request) as volume:
             spacing_um = None if request["spacing_um"] is None else vector(request["spacing_um"])
             prediction = predict_volume(self._predictor, volume, spacing_um, Path(request["prediction"]))
         return {"prediction": prediction.model_dump(mode="json")}, b""
 
     def _heatmaps(self, request: Mapping[str, Any]) -> Answer:
-        with open_volume(Path(request["volume"]), dataset=request["dataset"]) as volume:
+        with _opened(request) as volume:
             heatmaps = self._predictor.heatmaps(volume, vector(request["spacing_um"]))
         arrays, body = packed([heatmaps.probability])
         header = {
@@ -124,8 +124,7 @@ class InferenceWorker:
         spacing_um = vector(request["spacing_um"])
         begun_s = time.perf_counter()
         self._forget()
-        opened = open_volume(Path(request["volume"]), dataset=request["dataset"])
-        volume = replace(opened, depth_axis=request["depth_axis"])
+        volume = _opened(request)
         try:
             samples = sample_volume(volume, spacing_um, sampling)
             sampled_s = time.perf_counter()
@@ -227,6 +226,13 @@ def _receive(requests: IO[bytes], waiting: "queue.SimpleQueue[Message]") -> None
         traceback.print_exc()
     # At once: a read from a dead network share would keep the process for ever.
     os._exit(0)
+
+
+def _opened(request: Mapping[str, Any]) -> Volume:
+    """Open the volume that a request is about, with the depth axis that is said of it, if any is."""
+    volume = open_volume(Path(request["volume"]), dataset=request["dataset"])
+    depth_axis = request["depth_axis"]
+    return volume if depth_axis is None else replace(volume, depth_axis=depth_axis)
 
 
 def _loaded(path: Path, sha256: str | None) -> Checkpoint:

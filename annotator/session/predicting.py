@@ -324,7 +324,7 @@ class Predicting(QObject):
         if index != session.current_index or volume is None:
             return PredictionTask(request)
         # As it is open: of several arrays in one file, somebody has chosen this one.
-        return PredictionTask(replace(request, dataset=volume.dataset), session.spacing_um)
+        return PredictionTask(replace(request, dataset=volume.dataset), session.spacing_um, volume.depth_axis)
 
     def _job_title(self) -> str:
         if len(self._tasks) == 1:

@@ -300,7 +300,11 @@ def _heatmaps(
     from annotations.prediction.heatmap_cloud import heatmap_cloud  # late: few sessions predict
 
     heatmaps = process.heatmaps(
-        opened.volume.path, dataset=opened.volume.dataset, spacing_um=opened.spacing_um, cancelled=cancelled
+        opened.volume.path,
+        dataset=opened.volume.dataset,
+        spacing_um=opened.spacing_um,
+        depth_axis=opened.volume.depth_axis,
+        cancelled=cancelled,
     )
     # Kept there: whoever draws them does not wait.
     for name in heatmaps.names:

@@ -36,10 +36,13 @@ class PredictionTask:
         Which one.
     spacing_um : (float, float, float) or None
         That with which it is open; None to find out.
+    depth_axis : int or None
+        Likewise: somebody may have said it without its being written down.
     """
 
     request: OpeningRequest
     spacing_um: Vector | None = None
+    depth_axis: int | None = None
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,13 @@ def _predict(
 
     found = find(task.request)
     with found.volume as volume:
-        spacing_um = task.spacing_um or _spacing_um(found, known_spacing, annotated)
+        # Of one that is not open: what was said of it, or of its folder, may be written down nowhere.
+        known = known_spacing(found) if task.spacing_um is None or task.depth_axis is None else None
+        spacing_um, depth_axis = task.spacing_um, task.depth_axis
+        if spacing_um is None:
+            spacing_um = _annotated_spacing_um(found, annotated) or (None if known is None else known[1])
+        if depth_axis is None:
+            depth_axis = (found if known is None else known[0]).volume.depth_axis
         path = prediction_path(task.request.worklist, found.item, volume, checkpoint)
         if spacing_um is None:
             raise VolumeError(
@@ -140,15 +149,14 @@ def _predict(
             spacing_um=spacing_um,
             prediction_path=path,
             cancelled=cancelled,
+            depth_axis=depth_axis,
         )
     save_prediction(prediction, path)
     return True
 
 
-def _spacing_um(
-    found: Found, known_spacing: KnownSpacing, annotated: Mapping[str, Sequence[Path]]
-) -> Vector | None:
-    """Return a volume's spacing: of an annotation, one's own before others', and else as when it is opened.
+def _annotated_spacing_um(found: Found, annotated: Mapping[str, Sequence[Path]]) -> Vector | None:
+    """Return the spacing of a volume's annotation by others; None where one's own, or nobody's, counts.
 
     Annotations come first, as the errors of a prediction are told where it has the same spacing alone.
     """
@@ -159,8 +167,7 @@ def _spacing_um(
             except UserError:
                 # Whoever opens it will hear of it.
                 continue
-    known = known_spacing(found)
-    return None if known is None else known[1]
+    return None
 
 
 def _annotated_in(tasks: Sequence[PredictionTask]) -> Mapping[str, Sequence[Path]]:

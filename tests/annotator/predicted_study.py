@@ -55,6 +55,8 @@ class KnownNetwork:
     ----------
     asked : list of str
         Names of the files that were to be predicted, in order.
+    depth_axes : list of int
+        Along which axis the light travels in each, as was said.
     fails : callable
         Raises an error for the file names that it shall fail for.
     go_on : Event
@@ -63,6 +65,7 @@ class KnownNetwork:
 
     def __init__(self, checkpoint: Checkpoint, folder: Path) -> None:
         self.asked: list[str] = []
+        self.depth_axes: list[int] = []
         self.heated = 0
         self.fails: Callable[[str], object] = lambda _name: None
         self.go_on = threading.Event()
@@ -78,8 +81,10 @@ class KnownNetwork:
         spacing_um: SpacingUm,
         prediction_path: Path,
         cancelled: Callable[[], bool],
+        depth_axis: int,
     ) -> Prediction:
         self.asked.append(volume_path.name)
+        self.depth_axes.append(depth_axis)
         while not self.go_on.wait(0.01):
             if cancelled():
                 raise Cancelled

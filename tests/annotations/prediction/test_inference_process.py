@@ -414,3 +414,14 @@ def _is_running(pid: int) -> bool:
     # A zombie runs no more; whoever adopted it may be slow to ask.
     status = Path(f"/proc/{pid}/stat")
     return not (status.exists() and status.read_text().rpartition(")")[2].split()[0] == "Z")
+
+
+def test_the_depth_axis_that_somebody_has_said_counts_rather_than_the_files(
+    lasting: InferenceProcess, volume_path: Path
+) -> None:
+    assert predicted(lasting, volume_path, depth_axis=2)
+
+    with pytest.raises(VolumeError, match="depth"):
+        predicted(lasting, volume_path, depth_axis=0)
+    with pytest.raises(VolumeError, match="depth"):
+        lasting.heatmaps(volume_path, dataset=None, spacing_um=SPACING_UM, depth_axis=0, cancelled=never)

@@ -15,7 +15,7 @@ from annotations.prediction.checkpoint import CheckpointError
 from annotations.prediction.inference_process import InferenceCrashed
 from annotations.prediction.prediction_file import load_prediction, study_prediction_path
 from annotations.prediction.study_errors import Truth, kept_predictions, study_errors
-from annotator.session import Session
+from annotator.session import Session, opening
 from tests.annotations.prediction.tiny_networks import save_tiny
 from tests.annotator.predicted_study import (
     IDS,
@@ -427,3 +427,20 @@ def test_the_shipped_checkpoint_predicts_in_its_own_process(qtbot, reviewing, fo
     qtbot.waitUntil(lambda: session.predicting.shown.heatmaps is not None, timeout=LONG_MS)
     probability = session.predicting.shown.heatmaps.probability
     assert probability.shape[0] == 6
+
+
+def test_the_network_is_told_the_depth_axis_that_somebody_has_only_answered(
+    qtbot, reviewing, predicting, network, monkeypatch
+):
+    known = opening.known_spacing
+
+    def answered(found, said, remembered):
+        found, spacing_um, note = known(found, said, remembered)
+        return opening.with_depth_axis(found, 1), spacing_um, note
+
+    monkeypatch.setattr(opening, "known_spacing", answered)
+    predict(qtbot, reviewing, [1, 2])
+    reviewing.open_item(1)
+    qtbot.waitUntil(lambda: reviewing.current_index == 1 and not reviewing.jobs.running)
+    assert reviewing.volume.depth_axis == 1
+    assert network.depth_axes == [1, 1]
