@@ -13,7 +13,7 @@ from annotations.learning.origin import Origin
 from annotations.learning.settings import TrainingSettings
 from annotations.learning.state_file import write_state
 from annotations.learning.training import Training
-from annotations.learning.training_folder import BEST_FILE
+from annotations.learning.training_folder import BEST_FILE, training_folder_path
 from annotations.prediction.checkpoint import Checkpoint
 from annotations.prediction.checkpoint_description import (
     MOST_FINGERPRINTS,
@@ -74,6 +74,13 @@ def train_checkpoint(
         raise UserError(
             "it is a folder, and a checkpoint is a file",
             where=checkpoint,
+            remedy="Choose another name for -o",
+        )
+    replaced = (checkpoint, training_folder_path(checkpoint) / BEST_FILE)
+    if origin is not None and origin.path.resolve() in [path.resolve() for path in replaced]:
+        raise UserError(
+            "the training would replace what it begins with",
+            where=origin.path,
             remedy="Choose another name for -o",
         )
     training = Training(settings, tool, annotated, checkpoint, say, restart, origin)

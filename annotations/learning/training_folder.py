@@ -126,7 +126,7 @@ class TrainingFolder:
     """
 
     def __init__(self, checkpoint: Path, settings: TrainingSettings, data: Mapping[str, str]) -> None:
-        self.path = checkpoint.with_name(checkpoint.name + ".training")
+        self.path = training_folder_path(checkpoint)
         self._settings, self._data = settings, dict(data)
         self._drawn_s = time.monotonic()
 
@@ -192,6 +192,11 @@ class TrainingFolder:
             if is_last or time.monotonic() > self._drawn_s + _DRAW_EVERY_S:
                 replace_durably(self.path / "curves.svg", curves_svg(progress.rows))
                 self._drawn_s = time.monotonic()
+
+
+def training_folder_path(checkpoint: Path) -> Path:
+    """Return where the training of a checkpoint keeps its files."""
+    return checkpoint.with_name(checkpoint.name + ".training")
 
 
 def _csv_bytes(rows: Sequence[Row]) -> bytes:

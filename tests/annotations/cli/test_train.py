@@ -143,6 +143,17 @@ def test_a_checkpoint_is_tuned_on_a_study(
 
 
 @needs_torch
+def test_what_a_training_begins_with_is_not_replaced_by_it(
+    tmp_path: Path, recipe: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = saved_network(tmp_path / "c.onnx")
+    before = path.read_bytes()
+    assert main(["train", "-o", str(path), "--config", str(recipe), "--from", str(path)]) == 1
+    assert "would replace what it begins with" in capsys.readouterr().err
+    assert path.read_bytes() == before
+
+
+@needs_torch
 def test_weights_of_another_network_are_refused_before_volumes_are_read(
     tmp_path: Path, recipe: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

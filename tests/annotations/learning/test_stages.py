@@ -2,6 +2,9 @@
 
 from typing import Any
 
+import pytest
+from pydantic import ValidationError
+
 from annotations.learning.stages import learned_fingerprints, learned_volumes, said_settings, seen_seeds
 from annotations.prediction.checkpoint_description import TrainingOrigin, TrainingSummary
 from annotations.prediction.training_words import training_in_words
@@ -41,6 +44,14 @@ def test_settings_of_another_program_say_nothing() -> None:
     assert said_settings(last) is None
     assert seen_seeds(last) == {5, 9}
     assert seen_seeds(stage()) == frozenset()
+
+
+def test_a_history_that_is_absurdly_long_is_refused() -> None:
+    fields: dict[str, Any] = {}
+    for _ in range(400):
+        fields = {"origin": {"name": "earlier", "sha256": FIRST, "training": fields}}
+    with pytest.raises(ValidationError):
+        TrainingSummary.model_validate(fields)
 
 
 def test_words_begin_with_the_first_stage() -> None:
