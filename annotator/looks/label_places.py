@@ -1,10 +1,10 @@
 """Where words stand beside marks over an image, so that they can be read."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from PySide6.QtCore import QRectF
 
-_STEPS_PX = (0.0, 9.0, 20.0)
+_STEPS_PX = (0.0, 9.0, 20.0, 36.0)
 """How far from their marks words go to find free room."""
 
 
@@ -26,17 +26,8 @@ def label_area(
     picture : QRectF
         What is in sight.
     """
-    left, right = marks.left() - width_px, marks.right()
-    above, middle, below = marks.top() - height_px, marks.center().y() - height_px / 2, marks.bottom()
-    choices = [
-        QRectF(x, y, width_px, height_px)
-        for x, y in ((left, below), (left, middle), (right, below), (left, above), (right, middle))
-    ]
-    lost = [
-        width_px * height_px - _shared(choice, picture) + sum(_shared(choice, other) for other in taken)
-        for choice in choices
-    ]
-    return choices[lost.index(min(lost))]
+    choices = list(_beside(marks, width_px, height_px))
+    return min(choices, key=lambda choice: _lost(choice, taken, picture))
 
 
 def label_areas(
@@ -54,15 +45,37 @@ def label_areas(
     made: list[QRectF] = []
     covered = list(taken)
     for marks, width_px, height_px in labels:
-        areas = [
-            label_area(marks.adjusted(-away, -away, away, away), width_px, height_px, covered, picture)
+        choices = [
+            choice
             for away in _STEPS_PX
+            for choice in _beside(marks.adjusted(-away, -away, away, away), width_px, height_px)
         ]
-        seen = [area for area in areas if picture.contains(area)]
-        free = (area for area in seen if not any(area.intersects(other) for other in covered))
-        made.append(next(free, (seen or areas)[0]))
+        free = (
+            choice
+            for choice in choices
+            if picture.contains(choice) and not any(choice.intersects(other) for other in covered)
+        )
+        place = next(free, None)
+        if place is None:
+            # Few have no room: only they are weighed up.
+            place = min(choices, key=lambda choice: _lost(choice, covered, picture))
+        made.append(place)
         covered.append(made[-1])
     return made
+
+
+def _beside(marks: QRectF, width_px: float, height_px: float) -> Iterator[QRectF]:
+    """Yield where words can stand beside marks, the best place first."""
+    left, right = marks.left() - width_px, marks.right()
+    above, middle, below = marks.top() - height_px, marks.center().y() - height_px / 2, marks.bottom()
+    for x, y in ((left, below), (left, middle), (right, below), (left, above), (right, middle)):
+        yield QRectF(x, y, width_px, height_px)
+
+
+def _lost(choice: QRectF, taken: Sequence[QRectF], picture: QRectF) -> float:
+    """Return how much of words is out of sight, or on others, in square pixels."""
+    hidden = choice.width() * choice.height() - _shared(choice, picture)
+    return hidden + sum(_shared(choice, other) for other in taken)
 
 
 def _shared(first: QRectF, second: QRectF) -> float:

@@ -44,6 +44,12 @@ class OthersLayer:
         self._marks = Pictures(renderer, BENEATH)
         self._labels = Pictures(renderer, BENEATH)
         self._shown: Look | None = None
+        self._lettered: tuple[QRectF, ...] = ()
+
+    @property
+    def lettered(self) -> tuple[QRectF, ...]:
+        """What the initials cover."""
+        return self._lettered
 
     @property
     def actors(self) -> tuple[vtk.vtkActor, ...]:
@@ -67,7 +73,8 @@ class OthersLayer:
         self._lines.show(_difference_lines(lines), picture.ratio)
         marks = list(_marks(others, picture))
         is_anew = self._marks.show([_drawn_mark(mark, picture) for mark in marks], picture)
-        self._labels.show(list(_drawn_labels(marks, font, picture, unnamed)), picture, raised=is_anew)
+        labels, self._lettered = _drawn_labels(marks, font, picture, unnamed)
+        self._labels.show(labels, picture, raised=is_anew)
 
 
 def _marks(others: Sequence[OtherAnnotation], picture: Picture) -> Iterator[Mark]:
@@ -87,8 +94,9 @@ def _drawn_mark(mark: Mark, picture: Picture) -> Drawn:
 
 def _drawn_labels(
     marks: Sequence[Mark], font: QFont, picture: Picture, unnamed: frozenset[str]
-) -> Iterator[Drawn]:
-    """Yield the initials of those whose marks lie together."""
+) -> tuple[list[Drawn], tuple[QRectF, ...]]:
+    """Return the initials of those whose marks lie together, and what they cover."""
+    labels: list[Drawn] = []
     taken: list[QRectF] = []
     whole = QRectF(0, 0, picture.width_px, picture.height_px)
     for group in gathered([place for _, _, place in marks]):
@@ -99,7 +107,8 @@ def _drawn_labels(
         taken.append(label_area(around, sum(widths_px), max(heights_px), taken, whole))
         key = (letters, font.key(), picture.ratio)
         paint = partial(initials_picture, letters, font, picture.ratio)
-        yield key, paint, (taken[-1].left(), taken[-1].top())
+        labels.append((key, paint, (taken[-1].left(), taken[-1].top())))
+    return labels, tuple(taken)
 
 
 def mark_picture(number: int, ratio: float) -> QImage:

@@ -115,8 +115,9 @@ def _labels(
     whole = QRectF(0, 0, picture.width_px, picture.height_px)
     texts, wanted = [], []
     for label in drawn.labels:
-        places = _places(label.places_um, picture)
-        if places and whole.contains(QPointF(*places[0])):
+        # One of a pair may be out of view, as where a keypoint is predicted beyond the volume.
+        places = [place for place in _places(label.places_um, picture) if whole.contains(QPointF(*place))]
+        if places:
             text = label_text(label.name, label.distance_um)
             texts.append(text)
             wanted.append((covered(places), *text_size_px(text, font)))

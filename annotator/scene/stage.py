@@ -174,7 +174,8 @@ class Stage:
             clear_px=SPHERE_PX / 2 if predicted is None else RING_RADIUS_PX,
             unnamed=frozenset() if predicted is None else predicted.named,
         )
-        self._prediction.show(predicted, picture, font, self._keypoints.named)
+        named = (*self._keypoints.named, *self._others.lettered)
+        self._prediction.show(predicted, picture, font, named)
         self._handles.show(look.handles, picture, look.pointed)
 
 

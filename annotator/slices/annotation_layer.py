@@ -1,6 +1,6 @@
 """What is annotated, as one slice shows it: drawn over the image, and found under the mouse."""
 
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainter
 
 from annotator.session import Session
@@ -86,14 +86,14 @@ class AnnotationLayer:
         prediction = self._shown_prediction(viewport)
         if prediction is not None:
             prediction.paint_beneath(painter)
-        self._paint_others(painter, viewport)
+        initials = self._paint_others(painter, viewport)
         paint_outlines(painter, self._shown_outlines(viewport), names=names, posing=view.mode == "pose")
         if "links" in view.layers and tool is not None:
             paint_links(painter, viewport, self._index, tool, self._session.shown_positions_um())
         unnamed = prediction.named if prediction is not None else frozenset()
         named = paint_marks(painter, self._shown_marks(), names=names, unnamed=unnamed)
         if prediction is not None:
-            prediction.paint_above(painter, named)
+            prediction.paint_above(painter, (*named, *initials))
             if view.maximized is not None:
                 # Otherwise the scene says it.
                 prediction.paint_legend(painter)
@@ -105,10 +105,11 @@ class AnnotationLayer:
         if pointed is not None:
             paint_hint(painter, viewport.area, pointed)
 
-    def _paint_others(self, painter: QPainter, viewport: Viewport) -> None:
+    def _paint_others(self, painter: QPainter, viewport: Viewport) -> list[QRectF]:
+        """Draw the others' work, and return what their initials cover."""
         others = self._session.others
         if not others.drawn:
-            return
+            return []
         if self._others is None:
             self._others = (
                 other_marks(others.drawn, viewport, self._index),
@@ -117,7 +118,7 @@ class AnnotationLayer:
         marks, outlines = self._others
         paint_other_outlines(painter, outlines)
         paint_differences(painter, viewport, self._index, others.differences())
-        paint_other_marks(painter, marks, viewport.area, others.unnamed)
+        return paint_other_marks(painter, marks, viewport.area, others.unnamed)
 
     def _shown_prediction(self, viewport: Viewport) -> PredictionPainter | None:
         if self._prediction is None:

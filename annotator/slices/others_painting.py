@@ -118,8 +118,10 @@ def paint_differences(painter: QPainter, viewport: Viewport, index: int, lines: 
 
 def paint_other_marks(
     painter: QPainter, marks: Sequence[OtherMark], area: Area, unnamed: Container[str] = ()
-) -> None:
+) -> list[QRectF]:
     """Draw keypoints, and initials beside those that lie together, in sight if the marks are.
+
+    Returns what the initials cover.
 
     Parameters
     ----------
@@ -134,6 +136,7 @@ def paint_other_marks(
     for group in gathered([(mark.x, mark.y) for mark in marks]):
         taken.append(_paint_initials(painter, [marks[index] for index in group], taken, whole, unnamed))
     painter.setOpacity(1.0)
+    return taken
 
 
 def _paint_initials(

@@ -128,7 +128,9 @@ class PredictionPainter:
         shown, wanted = [], []
         for label in self._prediction.labels:
             marks = review_marks(label.places_um, self._viewport, self._index)
-            if whole.contains(marks[0].center):
+            # One of a pair may be out of view, as where a keypoint is predicted beyond the volume.
+            marks = tuple(mark for mark in marks if whole.contains(mark.center))
+            if marks:
                 text = label_text(label.name, label.distance_um)
                 width_px = metrics.horizontalAdvance(text) + 2 * PADDING_PX
                 shown.append((text, max(marks[0].opacity, _FAINTEST_WORDS)))

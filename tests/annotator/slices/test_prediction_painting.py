@@ -170,3 +170,10 @@ def test_a_slice_shows_it_and_hides_it(
     assert grabbed() != everything  # with a legend
     session.toggle_layer("prediction")
     assert count(grabbed(), GREEN_RED.prediction) == 0
+
+
+def test_a_pair_is_labelled_as_long_as_one_of_its_ends_is_in_sight(qapp: object) -> None:
+    gone_um = (PLACE_UM[0], 90_000.0, PLACE_UM[2])
+
+    assert lit(above(drawn(labels=(PairLabel("k5", 1500.0, (gone_um, PLACE_UM)),)))).any()
+    assert not lit(above(drawn(labels=(PairLabel("k5", 1500.0, (gone_um, gone_um)),)))).any()
