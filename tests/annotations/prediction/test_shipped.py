@@ -36,10 +36,14 @@ def test_what_ships_is_a_small_checkpoint_of_the_tool_that_it_is_named_after() -
         assert path.stat().st_size <= LARGEST_SHIPPED
 
 
-def test_what_ships_was_made_by_the_recipe_of_its_name() -> None:
+def test_what_ships_was_made_by_the_recipes_of_its_name() -> None:
     for name, path in shipped_checkpoints().items():
-        told = parse_settings(load_checkpoint(path).description.training.settings, path)
-        assert told == read_settings(RECIPES / f"{name}.toml")
+        stages = load_checkpoint(path).description.training.stages
+        for number, stage in enumerate(stages, 1):
+            told = parse_settings(stage.settings, path)
+            # Threads are the machine's.
+            assert told.model_copy(update={"threads": 0}) == read_settings(RECIPES / f"{name}-{number}.toml")
+        assert not (RECIPES / f"{name}-{len(stages) + 1}.toml").exists()
 
 
 def test_what_ships_finds_the_tool_in_volumes_that_it_has_not_seen() -> None:
