@@ -348,7 +348,10 @@ def _in_words(row: Row, part: Part) -> str:
         error, _, statistic = name.rpartition("_")
         if statistic == "mean":
             what, _, unit = error.rpartition("_")
-            said.append(f"{what} {value:.2f}°," if unit == "deg" else f"{what} {value:.3f} mm,")
+            if math.isnan(value):
+                said.append(f"{what} not found,")
+            else:
+                said.append(f"{what} {value:.2f}°," if unit == "deg" else f"{what} {value:.3f} mm,")
     if "share_over_2_mm" in row:
         said.append(f"{row['share_over_2_mm']:.1%} over 2 mm,")
     return " ".join([*said, f"{row['seconds']:.0f} s"])

@@ -177,6 +177,17 @@ def test_it_stops_early_where_nothing_gets_better(tmp_path: Path, monkeypatch: p
     assert "no smaller error in 2 epochs" in said[-1]
 
 
+def test_what_no_volume_shows_is_said_in_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lost = ValidationErrors(
+        {"position_mm": np.ones(1), "theta1_deg": np.full(1, np.nan)}, np.array([[np.inf]])
+    )
+    monkeypatch.setattr("annotations.learning.training.validate", lambda *_arguments: lost)
+    said: list[str] = []
+    settings = tiny_settings(synthetic={"volumes": 3}, validation={"volumes": 1})
+    assert Training(settings, TOOL, NOTHING, tmp_path / "c.onnx", said.append).run()
+    assert "position 1.000 mm, theta1 not found, keypoint 10.000 mm" in said[-1]
+
+
 def test_fine_tuning_keeps_what_was_better_before(tmp_path: Path) -> None:
     settings = tiny_settings(
         synthetic={"volumes": 6}, annotated={"epochs": 1}, optimization={"average_decay": 0.0}
