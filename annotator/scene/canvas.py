@@ -14,11 +14,24 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 # What Mayavi's scene is made of. Each is compiled when it is first asked for: better now, in the thread that
 # imports this module, than when the scene is built and the window stands still.
-for _name in (
-    "Actor AlgorithmOutput Axes CellPicker Coordinate OpenGLCamera OpenGLProperty OpenGLRenderWindow "
-    "OpenGLTextActor PointPicker PolyData PolyDataMapper TextRepresentation TextWidget WorldPointPicker "
-    "XOpenGLRenderWindow"
-).split():
+for _name in [
+    "Actor",
+    "AlgorithmOutput",
+    "Axes",
+    "CellPicker",
+    "Coordinate",
+    "OpenGLCamera",
+    "OpenGLProperty",
+    "OpenGLRenderWindow",
+    "OpenGLTextActor",
+    "PointPicker",
+    "PolyData",
+    "PolyDataMapper",
+    "TextRepresentation",
+    "TextWidget",
+    "WorldPointPicker",
+    "XOpenGLRenderWindow",
+]:
     getattr(tvtk, _name, None)
 
 
