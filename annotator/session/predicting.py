@@ -98,7 +98,6 @@ class Predicting(QObject):
         self._job: Job | None = None
         self._tasks: tuple[PredictionTask, ...] = ()
         self._done = 0
-        self._asked_for: WorkItem | None = None
         self._overlay = PredictionOverlay(session, seeing, self._networks.process_of, self)
         self._overlay.changed.connect(self.shown_changed)
         # It comes from the thread that predicts.
@@ -150,6 +149,7 @@ class Predicting(QObject):
         else:
             self._checkpoints = (*self._checkpoints, checkpoint)
         self._use(checkpoint)
+        self.show_open()
         self._session.post_message(f"{checkpoint.description.name} is in use: Ctrl+P predicts this volume")
 
     def choose(self, sha256: str) -> None:
@@ -209,6 +209,10 @@ class Predicting(QObject):
     def reason(self) -> str:
         """Why nothing is shown though it is wanted, as a sentence without its full stop; else empty."""
         return self._overlay.reason
+
+    def show_open(self) -> None:
+        """Draw what ``current`` says of what is open as soon as it has said it, where that may be seen."""
+        self._overlay.await_prediction()
 
     @property
     def start_refusal(self) -> str:
@@ -292,7 +296,6 @@ class Predicting(QObject):
         tasks = tuple(self._task(index) for index in indices)
         process, known_spacing = self._networks.process_of(checkpoint), self._known_spacing
         self._tasks, self._done = tasks, 0
-        self._asked_for = tasks[0].request.item if tuple(indices) == (self._session.current_index,) else None
 
         def work(progress: Callable[[float], None], cancelled: Callable[[], bool]) -> PredictionOutcome:
             def on_done(count: int) -> None:
@@ -308,6 +311,7 @@ class Predicting(QObject):
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
         )
+        self.show_open()
         self.running_changed.emit()
 
     def cancel(self) -> None:
@@ -346,14 +350,14 @@ class Predicting(QObject):
         self.checkpoints_changed.emit()
 
     def _finish(self) -> None:
-        self._job, self._tasks, self._asked_for = None, (), None
+        self._job, self._tasks = None, ()
         self._overlay.reread()
         self.running_changed.emit()
         self.predicted.emit()
 
-    def _is_open(self, item: WorkItem | None) -> bool:
+    def _is_open(self, item: WorkItem) -> bool:
         index = self._session.current_index
-        return item is not None and index is not None and self._session.items[index].place == item.place
+        return index is not None and self._session.items[index].place == item.place
 
     def _on_self_advanced(self, count: int) -> None:
         if self._job is None or not self._tasks:
@@ -365,12 +369,9 @@ class Predicting(QObject):
 
     def _on_job_done(self, checkpoint: "Checkpoint", outcome: PredictionOutcome) -> None:
         name = checkpoint.description.name
-        # What failed, or is not open any more, is not what somebody wants to see.
-        is_wanted = self._is_open(self._asked_for) and not outcome.failures
+        is_open = any(self._is_open(task.request.item) for task in self._tasks)
         self._finish()
-        refusal = self._seeing.refusal if is_wanted else ""
-        if is_wanted and not refusal:
-            self._session.look(layers=self._session.view.layers | {"prediction"})
+        refusal = self._seeing.refusal if is_open else ""
         failure = failure_of(outcome, name)
         if failure is not None:
             self._session.report(failure)

@@ -68,6 +68,7 @@ class PredictionOverlay(QObject):
         self._heating: Job | None = None
         self._heatmaps: VolumeHeatmaps | None = None
         self._are_heatmaps_refused = False
+        self._is_awaited = False
         self._is_shown = False
         self._reason = ""
         self._announced: tuple[Prediction | None, ShownPrediction | None, str] = (None, None, "")
@@ -114,6 +115,11 @@ class PredictionOverlay(QObject):
             self._forget()
         self._checkpoint, self._truth = checkpoint, truth
         self.reread()
+
+    def await_prediction(self) -> None:
+        """Turn the layer on as soon as there is a prediction of what is open, if it may be seen then."""
+        self._is_awaited = True
+        self._show_awaited()
 
     def reread(self) -> None:
         """Read what is kept about the open volume again, in the background."""
@@ -166,6 +172,12 @@ class PredictionOverlay(QObject):
         return self._session.annotator_name if spoken is None else spoken.annotator
 
     # What is drawn
+
+    def _show_awaited(self) -> None:
+        if self._is_awaited and self.prediction is not None:
+            self._is_awaited = False
+            if not self._seeing.refusal:
+                self._session.look(layers=self._session.view.layers | {"prediction"})
 
     def _follow(self) -> None:
         """Show or put away, by what is wanted and may be seen now."""
@@ -237,6 +249,7 @@ class PredictionOverlay(QObject):
             if self._kept is not None and kept.prediction == self._kept.prediction:
                 kept = replace(kept, prediction=self._kept.prediction)
             self._kept = kept
+        self._show_awaited()
         self._follow()
 
     def _on_job_reading_failed(self, error: Exception) -> None:
@@ -282,6 +295,8 @@ class PredictionOverlay(QObject):
         if "heatmaps" in differing:
             self._are_heatmaps_refused = False
         if differing & {"prediction", "heatmaps"}:
+            # Whoever hides or shows it has said what they want.
+            self._is_awaited = self._is_awaited and "prediction" not in differing
             self._follow()
             if "prediction" in differing and self._reason:
                 self._session.post_message(self._reason)

@@ -159,6 +159,7 @@ class Reviewing(QObject):
             return
         if self._session.unsaved and not self._session.save():
             return
+        self._predicting.show_open()
         self._start()
 
     def cancel(self) -> None:

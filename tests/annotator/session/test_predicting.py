@@ -283,7 +283,6 @@ class TestShown:
 
     def test_they_are_those_of_the_table(self, qtbot, reviewing, predicting, folder, checkpoint):
         predict(qtbot, reviewing, range(3))
-        reviewing.toggle_layer("prediction")
         kept, _ = kept_predictions(folder, NAME, checkpoint.sha256)
         (row,) = [
             row
@@ -293,14 +292,32 @@ class TestShown:
         for name, value in row.targets.items():
             assert predicting.shown.errors[name] == pytest.approx(value)
 
-    def test_the_study_as_a_whole_does_not_show_itself(self, qtbot, reviewing, predicting):
+    def test_the_study_as_a_whole_shows_what_is_open(self, qtbot, reviewing, predicting):
         predict(qtbot, reviewing, range(3))
-        assert predicting.shown is None
+        settle(qtbot, reviewing)
+        assert predicting.shown is not None
+
+    def test_a_checkpoint_taken_into_use_shows_what_it_has_said(
+        self, qtbot, reviewing, predicting, checkpoint
+    ):
+        predict(qtbot, reviewing, [0])
+        predicting.put_away(checkpoint.sha256)
+        reviewing.toggle_layer("prediction")
+        predicting.load(checkpoint)
+        settle(qtbot, reviewing)
+        assert predicting.shown is not None
+
+    def test_what_was_hidden_while_it_is_predicted_stays_so(self, qtbot, reviewing, predicting):
+        reviewing.toggle_layer("prediction")
+        predicting.predict(range(3))
+        reviewing.toggle_layer("prediction")
+        qtbot.waitUntil(lambda: not predicting.is_predicting, timeout=LONG_MS)
+        settle(qtbot, reviewing)
         assert predicting.prediction is not None
+        assert predicting.shown is None
 
     def test_it_goes_with_the_volume_and_comes_with_the_next(self, qtbot, reviewing, predicting):
         predict(qtbot, reviewing, [0, 1])
-        reviewing.toggle_layer("prediction")
         first = predicting.shown.pairs
         with qtbot.waitSignal(reviewing.volume_changed):
             reviewing.open_item(1)
@@ -421,7 +438,6 @@ def test_the_shipped_checkpoint_predicts_in_its_own_process(qtbot, reviewing, fo
     session.predicting.load(checkpoint)
     predict(qtbot, session, range(3))
     assert len(list((folder / "predictions" / NAME).iterdir())) == 3
-    session.toggle_layer("prediction")
     assert session.predicting.shown.errors["position_mm"] < 2
     session.toggle_layer("heatmaps")
     qtbot.waitUntil(lambda: session.predicting.shown.heatmaps is not None, timeout=LONG_MS)
