@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Slot
-from PySide6.QtGui import QImage, QResizeEvent, QShowEvent
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt, QTimer, Slot
+from PySide6.QtGui import QColor, QImage, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from annotations.prediction.error_table import ErrorTable
@@ -20,6 +21,7 @@ _DPI = 96
 # Narrower or wider, its letters would be on top of each other, or lost.
 _LEAST_WIDTH_IN, _MOST_WIDTH_IN = 3.2, 8.0
 _HEIGHT_SHARE = 0.6
+_WHITE, _MIDDLE = 255, 128
 _BY_ROWS = "by_keypoint"
 _RESIZES_AFTER_MS = 200
 _DRAWING = "Drawing…"
@@ -28,7 +30,7 @@ _HOW = "A click on a point opens its volume; the ring is around the open one."
 
 
 class ErrorPlotsPage(QWidget):
-    """One plot at a time, of all the checkpoints that are loaded, on white as on paper."""
+    """One plot at a time, of all the checkpoints that are loaded, light or dark as the theme is."""
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -85,6 +87,11 @@ class ErrorPlotsPage(QWidget):
         super().resizeEvent(event)
         self._resized.start()
 
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._resized.start()
+
     def _make_plots(self) -> None:
         review, tables = self._reviewed, _tables(self._reviewed)
         targets = (self._target.currentData() or MEAN_KEYPOINT,)
@@ -108,8 +115,12 @@ class ErrorPlotsPage(QWidget):
     @Slot()
     def _draw_plot(self) -> None:
         place, ratio = self._choice.currentIndex(), self.devicePixelRatioF()
-        width_in = float(np.clip(self._scroll.viewport().width() / _DPI, _LEAST_WIDTH_IN, _MOST_WIDTH_IN))
-        wanted = (self._reviewed, place, width_in, ratio)
+        room = self._scroll.viewport()
+        width_in = float(np.clip(room.width() / _DPI, _LEAST_WIDTH_IN, _MOST_WIDTH_IN))
+        # As high as looks well, and no higher than is seen at once.
+        size_in = (width_in, min(_HEIGHT_SHARE * width_in, room.height() / _DPI))
+        ground = self.palette().base().color()
+        wanted = (self._reviewed, place, size_in, ratio, ground.rgb())
         if not self.isVisible() or wanted == self._drawn:
             return
         self._drawn = wanted
@@ -124,7 +135,7 @@ class ErrorPlotsPage(QWidget):
         self._caption.setText(_DRAWING)
         self._job = self._session.jobs.start(
             f"Drawing “{plot.title}”",
-            lambda _progress, _cancelled: _drawn(plot, width_in, ratio),
+            lambda _progress, _cancelled: _drawn(plot, size_in, ratio, ground),
             done=lambda drawn: self._show(plot, drawn),
             failed=self._on_job_failed,
             shown=False,
@@ -159,18 +170,21 @@ def _offer(choice: QComboBox, entries: Mapping[str, str]) -> None:
         choice.setCurrentIndex(max(choice.findData(chosen), 0))
 
 
-def _drawn(plot: ErrorPlot, width_in: float, ratio: float) -> DrawnPlot:
+def _drawn(plot: ErrorPlot, size_in: tuple[float, float], ratio: float, ground: QColor) -> DrawnPlot:
     """Draw a plot, and find out where its points have come to be."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # late: half a second
     from matplotlib.figure import Figure
 
-    height_in = max(plot.size_in[1], _HEIGHT_SHARE * width_in)
-    figure = Figure(figsize=(width_in, height_in), dpi=_DPI * ratio)
+    width_in, height_in = size_in
+    figure = Figure(figsize=(width_in, max(plot.size_in[1], height_in)), dpi=_DPI * ratio)
     canvas = FigureCanvasAgg(figure)
     plotted = plot.draw(figure)
     canvas.draw()
     width_px, height_px = canvas.get_width_height()
-    image = QImage(canvas.buffer_rgba(), width_px, height_px, QImage.Format.Format_RGBA8888).copy()
+    pixels = np.array(canvas.buffer_rgba())
+    if ground.lightness() < _MIDDLE:
+        _darken(pixels, ground)
+    image = QImage(pixels.data, width_px, height_px, QImage.Format.Format_RGBA8888).copy()
     image.setDevicePixelRatio(ratio)
     points_px, volumes, values = [], [], []
     for points in plotted:
@@ -184,3 +198,20 @@ def _drawn(plot: ErrorPlot, width_in: float, ratio: float) -> DrawnPlot:
                 to_the_right = f"{points.axes.get_xlabel()} {points.x[number]:.3g}"
                 values.append(to_the_right if plot.key == _BY_ROWS else f"{upwards}, {to_the_right}")
     return DrawnPlot(image, np.array(points_px).reshape(-1, 2), tuple(volumes), tuple(values))
+
+
+def _darken(pixels: NDArray[np.uint8], ground: QColor) -> None:
+    """Turn a drawing on white into one on a dark ground, in place: dark becomes light, of the same hue.
+
+    Parameters
+    ----------
+    pixels : ndarray of uint8, shape (H, W, 4)
+        Red, green, blue and opacity.
+    ground : QColor
+        What white becomes.
+    """
+    colors = pixels[..., :3].astype(np.float32)
+    # Lightness is the mean of the largest and the smallest of the three.
+    colors += _WHITE - colors.max(axis=-1, keepdims=True) - colors.min(axis=-1, keepdims=True)
+    lowest = np.array([ground.red(), ground.green(), ground.blue()], np.float32)
+    pixels[..., :3] = (lowest + colors * (1 - lowest / _WHITE)).round().astype(np.uint8)

@@ -17,7 +17,10 @@ _RATIO = (
     "How many times further the checkpoint is from what people say than people are from each other, in the "
     "target in which that is most: what the volumes are ranked by"
 )
-_RANK = "Which volume needs a look first; no volume has two annotators who could be apart from each other"
+_TO_MEDIAN = (
+    "How many times larger the error is than its median over the volumes, in the target in which that is "
+    "most: what the volumes are ranked by, as no volume has two annotators who could be apart from each other"
+)
 _FLOOR = "in brackets how far another person would be from the truth; coloured where the error is larger"
 _BY_FORMULAS, _BY_FIT = "of the predicted keypoints", "of the pose that was fitted to them"
 
@@ -91,28 +94,28 @@ def columns_of(table: ErrorTable, *, by_fit: bool) -> tuple[ErrorColumn, ...]:
             people="people" if table.human is not None else "",
         ),
         _rank_column(table),
-        *(_target_column(table, name, by_fit) for name in table.by_formulas.targets),
-        _keypoints_column(by_fit),
-        ErrorColumn(
-            "sure",
-            "How sure the network is that the keypoint of which it is least sure is there at all",
-            lambda volume: f"{volume.errors.presence:.1%}",
-            lambda volume: volume.errors.presence,
-            summary=lambda volumes: _summary([volume.errors.presence * 100 for volume in volumes], 1),
-        ),
-        ErrorColumn(
-            "spread (µm)",
-            "How wide the heatmaps are: the other way in which the network says how sure it is",
-            lambda volume: _number(volume.errors.spread_um, 0),
-            lambda volume: volume.errors.spread_um,
-            summary=lambda volumes: _summary([volume.errors.spread_um for volume in volumes], 0),
-        ),
         ErrorColumn(
             "verdict",
             "Who is wrong, as you or others say; * where the annotation has been changed since",
             lambda volume: volume.judgement.words,
             lambda volume: volume.judgement.words or None,
             is_number=False,
+        ),
+        *(_target_column(table, name, by_fit) for name in table.by_formulas.targets),
+        _keypoints_column(by_fit),
+        ErrorColumn(
+            _in_two_lines("sure (%)"),
+            "How sure the network is that the keypoint of which it is least sure is there at all",
+            lambda volume: _number(volume.errors.presence * 100, 1),
+            lambda volume: volume.errors.presence,
+            summary=lambda volumes: _summary([volume.errors.presence * 100 for volume in volumes], 1),
+        ),
+        ErrorColumn(
+            _in_two_lines("spread (µm)"),
+            "How wide the heatmaps are: the other way in which the network says how sure it is",
+            lambda volume: _number(volume.errors.spread_um, 0),
+            lambda volume: volume.errors.spread_um,
+            summary=lambda volumes: _summary([volume.errors.spread_um for volume in volumes], 0),
         ),
     )
 
@@ -133,17 +136,22 @@ def explained(volume: ReviewedVolume) -> str:
     ]
     if errors.keypoints_um:
         worst = max(errors.keypoints_um, key=lambda name: errors.keypoints_um[name])
-        lines.append(f"Furthest off: {worst}, {errors.keypoints_um[worst]:,.0f} µm")
+        lines.append(f"Furthest off: {worst}, {errors.keypoints_um[worst]:.0f} µm")
     return "\n".join([*lines, *volume.judgement.lines])
 
 
 def _rank_column(table: ErrorTable) -> ErrorColumn:
     if table.human is None:
-        return ErrorColumn("rank", _RANK, lambda volume: str(volume.rank + 1), lambda volume: -volume.rank)
+        return ErrorColumn(
+            "×\nmedian",
+            _TO_MEDIAN,
+            lambda volume: _times(volume.ranked.ratio_to_median),
+            lambda volume: -volume.rank,
+        )
     return ErrorColumn(
-        "× people",
+        "×\npeople",
         _RATIO,
-        lambda volume: NOTHING if volume.ranked.ratio is None else f"× {volume.ranked.ratio:,.1f}",
+        lambda volume: _times(volume.ranked.ratio),
         # The first of the ranking has the largest one.
         lambda volume: -volume.rank,
         is_beyond=lambda volume: volume.ranked.ratio is not None and volume.ranked.ratio > 1,
@@ -170,7 +178,7 @@ def _target_column(table: ErrorTable, name: str, by_fit: bool) -> ErrorColumn:
 
     way = _BY_FIT if by_fit else _BY_FORMULAS
     return ErrorColumn(
-        column_title(name),
+        _in_two_lines(column_title(name)),
         f"Error {way}; {_FLOOR}" if table.human is not None else f"Error {way}",
         text,
         error,
@@ -191,7 +199,7 @@ def _keypoints_column(by_fit: bool) -> ErrorColumn:
         return f"{_number(mean_um(volume), 0)}{f', {missing} missing' if missing else ''}"
 
     return ErrorColumn(
-        "keypoints (µm)",
+        _in_two_lines("keypoints (µm)"),
         f"Mean distance of the keypoints {_BY_FIT}" if by_fit else "Mean distance of the predicted keypoints",
         text,
         mean_um,
@@ -199,8 +207,17 @@ def _keypoints_column(by_fit: bool) -> ErrorColumn:
     )
 
 
+def _in_two_lines(title: str) -> str:
+    """Return a heading with its unit below: figures are narrow, and a table has many of them."""
+    return title.replace(" (", "\n(")
+
+
+def _times(ratio: float | None) -> str:
+    return NOTHING if ratio is None else f"× {ratio:.1f}"
+
+
 def _number(value: float | None, decimals: int) -> str:
-    return NOTHING if value is None else f"{value:,.{decimals}f}"
+    return NOTHING if value is None else f"{value:.{decimals}f}"
 
 
 def _summary(values: Sequence[float | None], decimals: int) -> str:

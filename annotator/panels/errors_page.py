@@ -1,9 +1,10 @@
 """The errors volume by volume: sorted, filtered, walked through by the arrow keys, and judged."""
 
 from PySide6.QtCore import QModelIndex, Qt, QTimer, Slot
-from PySide6.QtGui import QFontMetrics
+from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QBoxLayout,
     QCheckBox,
     QComboBox,
     QHBoxLayout,
@@ -26,7 +27,9 @@ _OPENS_AFTER_MS = 250
 _LONGEST_NAME_LETTERS = 20
 _PADDING_LETTERS = 2
 _SORT_MARK_LETTERS = 3
-_LEAST_ROWS = 6
+_LEAST_ROWS = 4
+# As wide as this, in lines of text, the verdict stands beside the list.
+_SIDEWAYS_LINES = 40
 
 
 class ErrorsPage(QWidget):
@@ -74,6 +77,7 @@ class ErrorsPage(QWidget):
         self._goes_to_worst.setToolTip("Brings the slices there each time that a volume is opened")
         self._goes_to_worst.clicked.connect(session.reviewing.go_to_worst)
         self._verdict = VerdictBox(session)
+        self._layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
         self._lay_out()
         self._model.shown_changed.connect(self._on_model_shown_changed)
         session.judging.changed.connect(self._on_judging_changed)
@@ -91,6 +95,12 @@ class ErrorsPage(QWidget):
         self._goes_to_worst.setChecked(reviewing.goes_to_worst)
         self._model.mark_open(reviewing.open_volume)
         self._select_open()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        is_sideways = self.width() >= _SIDEWAYS_LINES * self.fontMetrics().height()
+        ways = QBoxLayout.Direction
+        self._layout.setDirection(ways.LeftToRight if is_sideways else ways.TopToBottom)
 
     def _make_list(self) -> QTreeView:
         shown = _table("errors_list", "Volumes by their errors")
@@ -125,14 +135,19 @@ class ErrorsPage(QWidget):
         figures = QHBoxLayout()
         figures.addWidget(self._figures)
         figures.addSpacing(self.style().pixelMetric(QStyle.PixelMetric.PM_ScrollBarExtent))
-        layout = QVBoxLayout(self)
+        listed = QVBoxLayout()
+        listed.addLayout(filters)
+        listed.addWidget(self._list, 1)
+        listed.addLayout(figures)
+        listed.addWidget(self._words)
+        judged = QVBoxLayout()
+        judged.addWidget(self._goes_to_worst)
+        judged.addWidget(self._verdict)
+        judged.addStretch()
+        layout = self._layout
         layout.setContentsMargins(0, 4, 0, 0)
-        layout.addLayout(filters)
-        layout.addWidget(self._list, 1)
-        layout.addLayout(figures)
-        layout.addWidget(self._words)
-        layout.addWidget(self._goes_to_worst)
-        layout.addWidget(self._verdict)
+        layout.addLayout(listed, 1)
+        layout.addLayout(judged)
 
     def _size_columns(self) -> None:
         """Give each column the width of its longest text, without laying out every cell."""
@@ -146,7 +161,8 @@ class ErrorsPage(QWidget):
             width = max(metrics.horizontalAdvance(text) for text in texts) + _PADDING_LETTERS * letter
             if column == VOLUME:
                 width = min(width, _LONGEST_NAME_LETTERS * letter)
-            titled = metrics.horizontalAdvance(each.title) + _SORT_MARK_LETTERS * letter
+            lines = each.title.split("\n")
+            titled = max(map(metrics.horizontalAdvance, lines)) + _SORT_MARK_LETTERS * letter
             header.resizeSection(column, max(width, titled))
 
     def _select_open(self) -> None:

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import QWidget
 
 _NEAR_PX = 9.0
 _RING_PX = 6.0
-_OPEN = QColor("#000000")
 _UNDER = QColor("#d1495b")
 
 
@@ -94,7 +93,9 @@ class PlotPicture(QWidget):
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             for number, volume in enumerate(self._plot.volumes):
                 if volume == self._open or number == self._under:
-                    painter.setPen(QPen(_UNDER if number == self._under else _OPEN, 2))
+                    painter.setPen(
+                        QPen(_UNDER if number == self._under else self.palette().text().color(), 2)
+                    )
                     painter.drawEllipse(QPointF(*self._plot.points_px[number]), _RING_PX, _RING_PX)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Signal, Slot
-from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
+    QBoxLayout,
     QCheckBox,
     QComboBox,
     QHBoxLayout,
@@ -39,6 +40,10 @@ _USUAL = "Truth: as the study says"
 _EXPORT = "Write tables, plots, the worst volumes and the verdicts into files"
 _REASONS_NAMED = 2
 _SIDE_BY_SIDE = 2
+# As wide as this, in lines of text, the tables stand beside what is chosen: below a window's panes.
+_SIDEWAYS_LINES = 56
+_CHOICES_LETTERS = 46
+_ANY_WIDTH = (1 << 24) - 1
 
 
 class PredictionsPanel(QWidget):
@@ -85,6 +90,8 @@ class PredictionsPanel(QWidget):
         self._state = WrappedText(name="predictions_state")
         self._tabs = named(QTabWidget(), "predictions_tabs", title="Errors")
         self._tabs.setDocumentMode(True)
+        self._choices = QWidget()
+        self._layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
         self._lay_out()
         session.judging.changed.connect(self._draw)
         # It changes with each change of the review, too.
@@ -109,6 +116,15 @@ class PredictionsPanel(QWidget):
         super().hideEvent(event)
         self._session.reviewing.follow(False)
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        metrics = self.fontMetrics()
+        is_sideways = self.width() >= _SIDEWAYS_LINES * metrics.height()
+        ways = QBoxLayout.Direction
+        self._layout.setDirection(ways.LeftToRight if is_sideways else ways.TopToBottom)
+        widest = _CHOICES_LETTERS * metrics.averageCharWidth()
+        self._choices.setMaximumWidth(widest if is_sideways else _ANY_WIDTH)
+
     def _button(self, text: str, action: str, tooltip: str) -> QPushButton:
         button = named(QPushButton(text), f"predictions_{action}", tooltip=tooltip)
         button.clicked.connect(lambda: self.action_requested.emit(action))
@@ -126,12 +142,16 @@ class PredictionsPanel(QWidget):
         for button in (self._predict, self._compute, self._export):
             buttons.addWidget(button)
         buttons.addStretch(1)
-        layout = QVBoxLayout(self)
+        choices = QVBoxLayout(self._choices)
+        choices.setContentsMargins(0, 0, 0, 0)
+        choices.addLayout(checkpoint)
+        choices.addLayout(truth)
+        choices.addLayout(buttons)
+        choices.addWidget(self._state)
+        choices.addStretch()
+        layout = self._layout
         layout.setContentsMargins(*[self.fontMetrics().height() // 3] * 4)
-        layout.addLayout(checkpoint)
-        layout.addLayout(truth)
-        layout.addLayout(buttons)
-        layout.addWidget(self._state)
+        layout.addWidget(self._choices)
         layout.addWidget(self._tabs, 1)
         layout.addStretch()
 

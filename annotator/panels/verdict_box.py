@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from PySide6.QtCore import Slot
+from PySide6.QtCore import QTimer, Slot
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
 from annotator.actions.predictions_table import VERDICT_TITLES
@@ -11,6 +11,8 @@ from annotator.looks.naming import named
 from annotator.session import Session
 
 _COLUMNS = 2
+# Whoever types is left in peace; what was typed is safe soon after.
+_NOTE_RESTS_MS = 1000
 _NOTE_LATER = "A note, once you have said who is wrong"
 _NOTE = "A note on your verdict"
 _NO_ROW = "Open a volume of the list, and say who is wrong where the two differ."
@@ -18,7 +20,7 @@ _OUTDATED = "The annotation has been changed since your verdict: give it again, 
 
 
 class VerdictBox(QWidget):
-    """A button for each verdict, which records it or takes it back, and a note, kept when it is left."""
+    """A button for each verdict, which records it or takes it back, and a note, kept while it is typed."""
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -40,6 +42,11 @@ class VerdictBox(QWidget):
             grid.addWidget(button, *divmod(place, _COLUMNS))
         self._note = named(QLineEdit(), "verdict_note", title="Note on the verdict")
         self._note.editingFinished.connect(self._on_note_editing_finished)
+        self._rest = QTimer(self)
+        self._rest.setSingleShot(True)
+        self._rest.setInterval(_NOTE_RESTS_MS)
+        self._rest.timeout.connect(self._on_rest_timeout)
+        self._note.textEdited.connect(self._on_note_text_edited)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._words)
@@ -50,12 +57,21 @@ class VerdictBox(QWidget):
         session.reviewing.changed.connect(self._draw)
         self._draw()
 
+    @Slot(str)
+    def _on_note_text_edited(self, _: str) -> None:
+        self._rest.start()
+
+    @Slot()
+    def _on_rest_timeout(self) -> None:
+        self._keep_note()
+
     @Slot()
     def _on_note_editing_finished(self) -> None:
         self._keep_note()
 
     def _keep_note(self) -> None:
         """Write down what was typed, for the volume for which it was: the next one may be open by now."""
+        self._rest.stop()
         if self._volume is not None and self._note.isModified():
             self._note.setModified(False)
             self._judging.write_note(self._volume, self._note.text())
@@ -68,8 +84,10 @@ class VerdictBox(QWidget):
             self._keep_note()
         judgement = judging.open_judgement
         own = judgement.own
-        if volume != self._volume or not self._note.isModified():
-            self._note.setText(own.note if own is not None else "")
+        note = own.note if own is not None else ""
+        # An equal one would take the cursor from where it is being typed.
+        if (volume != self._volume or not self._note.isModified()) and note != self._note.text():
+            self._note.setText(note)
         self._volume = volume
         others = judgement.lines[1:] if own is not None else judgement.lines
         words = _NO_ROW if volume is None else "\n".join(others)

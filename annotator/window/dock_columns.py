@@ -17,6 +17,12 @@ _MOST_HEIGHT: Mapping[Method, float] = {"keypoints": 0.6, "boxes": 0.5}
 _TWO_COLUMNS_LINES = 90
 # and a lower one none for the pose below the keypoints or boxes.
 _TWO_PANELS_LINES = 36
+# Nor has one as low as this any for tables across the window, below the panes,
+_TABLES_LINES = 48
+# which take this part of its height at first.
+_TABLES_HEIGHT = 0.34
+# What is lower than this has not been given its height by anybody yet.
+_LEAST_TABLES_LINES = 15
 
 
 class DockColumns(QObject):
@@ -44,6 +50,10 @@ class DockColumns(QObject):
         self._is_arranged = False
         self._was_narrow = False
         self._has_moved_worklist = False
+        # Below the panes where there is room for them.
+        self._has_moved_predictions = False
+        self._has_hidden_keypoints = False
+        docks["predictions"].visibilityChanged.connect(self._on_predictions_visibility_changed)
 
     def stack(self) -> None:
         """Put panels behind each other where the window is too small.
@@ -56,6 +66,9 @@ class DockColumns(QObject):
         if self._was_narrow:
             window.tabifyDockWidget(docks["display"], docks["worklist"])
             docks["pose"].raise_()
+        self._has_moved_predictions = True
+        if not self._was_narrow:
+            self._move_predictions_back()
         if window.height() < _TWO_PANELS_LINES * line:
             window.tabifyDockWidget(docks["pose"], docks["keypoints"])
             docks["keypoints"].raise_()
@@ -74,11 +87,14 @@ class DockColumns(QObject):
 
     def follow_restored(self) -> None:
         """Put the volumes behind the pose where a layout was restored that is made for a wider window."""
-        if self._is_narrow() and self._is_on_the_left() and self._centre.width() < self._window.width() / 2:
+        if not self._is_narrow():
+            return
+        if self._is_on_the_left() and self._centre.width() < self._window.width() / 2:
             self._move_worklist_behind()
+        self._move_predictions_behind()
 
     def follow(self) -> None:
-        """Put the volumes behind the pose once the window is too narrow, and beside the panes once it is not.
+        """Put panels behind the pose once the window is too narrow, and back again once it is not.
 
         Only when it becomes so: in between they are where the person puts them.
         """
@@ -86,10 +102,16 @@ class DockColumns(QObject):
         if not self._is_arranged or is_narrow == self._was_narrow:
             return
         self._was_narrow = is_narrow
-        if is_narrow and self._is_on_the_left():
-            self._move_worklist_behind()
-        elif not is_narrow and self._has_moved_worklist:
+        if is_narrow:
+            if self._is_on_the_left():
+                self._move_worklist_behind()
+            self._move_predictions_behind()
+            return
+        if self._has_moved_worklist:
             self._move_worklist_back()
+        self.show_keypoints()
+        if self._has_moved_predictions:
+            self._move_predictions_back()
 
     def change_method(self, method: Method) -> None:
         """Make room for the panel of a method, which is shown from now on."""
@@ -99,6 +121,12 @@ class DockColumns(QObject):
         self._method = method
         # What a panel needs that has not been seen before is known only once it is laid out.
         QTimer.singleShot(0, self, partial(self._make_room, method))
+
+    def show_keypoints(self) -> None:
+        """Show what made room for the predictions again."""
+        if self._has_hidden_keypoints:
+            self._has_hidden_keypoints = False
+            self._docks["keypoints"].show()
 
     def uncover_pose(self) -> None:
         """Bring the pose to the front if it is behind another tab; where it is closed it stays so."""
@@ -131,6 +159,59 @@ class DockColumns(QObject):
             window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
             width = round(_LEFT_WIDTH * window.width())
             window.resizeDocks([dock], [width], Qt.Orientation.Horizontal)
+
+    def _are_predictions_below(self) -> bool:
+        dock, below = self._docks["predictions"], Qt.DockWidgetArea.BottomDockWidgetArea
+        return not dock.isFloating() and self._window.dockWidgetArea(dock) == below
+
+    def _move_predictions_behind(self) -> None:
+        if self._are_predictions_below():
+            dock = self._docks["predictions"]
+            is_seen = not dock.isHidden()
+            self._window.tabifyDockWidget(self._docks["pose"], dock)
+            self._has_moved_predictions = True
+            if is_seen:
+                dock.raise_()
+            else:
+                dock.hide()
+
+    def _move_predictions_back(self) -> None:
+        dock, window = self._docks["predictions"], self._window
+        if window.height() < _TABLES_LINES * window.fontMetrics().height():
+            return
+        self._has_moved_predictions = False
+        # As hidden as it is: then it is not told behind which others it is.
+        is_in_column = window.dockWidgetArea(dock) == window.dockWidgetArea(self._docks["pose"])
+        if is_in_column and not dock.isFloating():
+            is_seen = not dock.isHidden()
+            window.addDockWidget(Qt.DockWidgetArea.BottomDockWidgetArea, dock)
+            dock.setVisible(is_seen)
+
+    def _on_predictions_visibility_changed(self, is_visible: bool) -> None:
+        if self._is_arranged:
+            # Once it is laid out.
+            QTimer.singleShot(0, self, partial(self._make_room_for_review, is_visible))
+
+    def _make_room_for_review(self, is_reviewing: bool) -> None:
+        """Give predictions a height in which tables can be read: of a low column all, while they are seen."""
+        dock, line = self._docks["predictions"], self._window.fontMetrics().height()
+        if not is_reviewing:
+            self.show_keypoints()
+        elif self._are_predictions_below():
+            if dock.height() < _LEAST_TABLES_LINES * line:
+                height = round(_TABLES_HEIGHT * self._window.height())
+                self._window.resizeDocks([dock], [height], Qt.Orientation.Vertical)
+                # What is above has been made lower by the same part, whatever it needs.
+                QTimer.singleShot(0, self, partial(self._make_room, self._method))
+        elif self._column_height() < _TABLES_LINES * line and self._shares_column_with_predictions():
+            self._has_hidden_keypoints = True
+            self._docks["keypoints"].hide()
+
+    def _shares_column_with_predictions(self) -> bool:
+        keypoints, predictions = self._docks["keypoints"], self._docks["predictions"]
+        is_alone = keypoints.isFloating() or keypoints.isHidden() or predictions.isFloating()
+        is_behind = predictions in self._window.tabifiedDockWidgets(keypoints)
+        return not is_alone and not is_behind and keypoints.x() == predictions.x()
 
     def _make_room(self, method: Method) -> None:
         """Give a panel the height that it had, or asks for; what is wider is as the person wants it."""

@@ -225,6 +225,7 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self._display_memory.write()
+        self._columns.show_keypoints()
         self._parts.write_layout()
         self._live.close()
         self.session.close_volume()

@@ -47,6 +47,7 @@ _COLUMNS = 3
 _LEAST = 1e-3
 _BINS, _LEAST_IN_BIN = 6, 4
 _SCATTER_IN = 2.1
+_POINT_PT = 7
 _MANY = 100
 """More points than this are pixels in a drawing of lines, which would be megabytes large."""
 
@@ -202,6 +203,8 @@ def _against(condition: _Condition, tables: Sequence[ErrorTable], targets: Seque
             if (floor := _floor(tables, target)) is not None:
                 axes.axhline(floor, color=FAINT, linewidth=1.0, linestyle=(0, (1, 1)))
             _dress(axes, titles[target], condition.label)
+            # As the numbers are, not as what they have more than another one.
+            axes.ticklabel_format(axis="x", useOffset=False)
             logarithmic(axes, "y")
         draw_legend(figure, tables)
         return tuple(plotted)
@@ -232,9 +235,9 @@ def _scatter(
         y,
         look.marker,
         color=look.color,
-        markersize=4,
+        markersize=_POINT_PT,
         markeredgewidth=0,
-        alpha=0.6,
+        alpha=0.7,
         linestyle="none",
         rasterized=x.size > _MANY,
     )

@@ -150,3 +150,58 @@ def test_a_layout_of_a_wide_window_leaves_the_panes_of_a_narrow_one_their_room(
     settings.window_state = open_window(1600, 1000).saveState()
     window = open_window(1024, 700)
     qtbot.waitUntil(lambda: window.four_up.width() > 1024 / 2)
+
+
+def show_predictions(qtbot: QtBot, window: MainWindow) -> QDockWidget:
+    window.actions_by_name["panel_predictions"].trigger()
+    qtbot.waitUntil(lambda: not dock(window, "predictions").visibleRegion().isEmpty())
+    # The room is shared once the panel is laid out.
+    qtbot.wait(50)
+    return dock(window, "predictions")
+
+
+def test_predictions_stand_below_the_panes_of_a_large_window_at_a_height_for_tables(
+    qtbot: QtBot, open_window: Callable[[int, int], MainWindow]
+) -> None:
+    window = open_window(1600, 1000)
+    before = height(window, "keypoints")
+    predictions = show_predictions(qtbot, window)
+    assert window.dockWidgetArea(predictions) == Qt.DockWidgetArea.BottomDockWidgetArea
+    assert predictions.width() == window.width()
+    qtbot.waitUntil(lambda: predictions.height() > 0.3 * window.height())
+    qtbot.waitUntil(lambda: height(window, "keypoints") == pytest.approx(before, abs=3))
+    window.resizeDocks([predictions], [280], Qt.Orientation.Vertical)
+    for name in ("panel_predictions", "panel_predictions"):
+        window.actions_by_name[name].trigger()
+        qtbot.wait(50)
+    assert predictions.height() == pytest.approx(280, abs=3)
+
+
+def test_predictions_have_a_low_column_to_themselves_as_long_as_they_are_seen(
+    qtbot: QtBot, open_window: Callable[[int, int], MainWindow]
+) -> None:
+    window = open_window(1024, 700)
+    predictions, keypoints = show_predictions(qtbot, window), dock(window, "keypoints")
+    qtbot.waitUntil(keypoints.isHidden)
+    assert window.dockWidgetArea(predictions) == Qt.DockWidgetArea.RightDockWidgetArea
+    dock(window, "pose").raise_()
+    qtbot.waitUntil(lambda: not keypoints.isHidden())
+    predictions.raise_()
+    qtbot.waitUntil(keypoints.isHidden)
+    window.close()
+    assert not keypoints.isHidden()
+
+
+def test_predictions_go_behind_the_pose_in_a_window_that_becomes_narrow(
+    qtbot: QtBot, open_window: Callable[[int, int], MainWindow]
+) -> None:
+    window = open_window(1600, 1000)
+    predictions = show_predictions(qtbot, window)
+    window.resize(1024, 700)
+    qtbot.waitUntil(lambda: predictions in window.tabifiedDockWidgets(dock(window, "pose")))
+    assert not predictions.isHidden()
+    window.resize(1600, 1000)
+    below = Qt.DockWidgetArea.BottomDockWidgetArea
+    qtbot.waitUntil(lambda: window.dockWidgetArea(predictions) == below)
+    assert not predictions.isHidden()
+    assert not dock(window, "keypoints").isHidden()
