@@ -1,213 +1,207 @@
-"""Times the real application on a full-size volume: ``python -m tests.bench [VOLUME.npy]``.
+"""Measures the real application on a full-size volume: ``python -m tests.bench [VOLUME.npy]``.
 
-Without a volume, one of 1096 × 1936 × 1152 voxels (2.4 GB) is synthesised into a temporary folder first.
-Needs a display: without one, put ``xvfb-run -a -s "-screen 0 1600x1000x24"`` before the command. Every frame
-is waited for. Prints a table on standard error and one JSON object on standard output; judges nothing.
+Without a volume, one of 1096 × 1936 × 1152 voxels (2.4 GB) is synthesised the first time, and kept. Without a
+display an Xvfb is started. Every frame is waited for; each step has a process of its own. With ``--peer``
+another program's benchmark of the same work runs in turn with this one, and ratios are printed. Judges
+nothing. The figures are explained in docs/performance.md.
 """
 
 import argparse
 import json
+import os
+import platform
 import statistics
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from datetime import datetime
 from pathlib import Path
+from typing import Any
 
-STARTED = time.perf_counter()
-TIMES = 20
+import numpy as np
 
+from annotations.app_folders import cache_folder
+from tests.bench.display import display
+from tests.bench.peer import ratios, run_peer
+from tests.bench.starting import measure_start
+from tests.bench.steps import Request, run_step
+from tests.bench.table import page
+from tests.bench.volumes import PARTS, full_volume, part, placed
 
-def anonymous_mib() -> float:
-    """Return the memory of this process that no file backs, MiB (Linux only, else NaN)."""
-    status = Path("/proc/self/status")
-    if not status.exists():
-        return float("nan")
-    line = next(line for line in status.read_text().splitlines() if line.startswith("RssAnon"))
-    return int(line.split()[1]) / 1024
-
-
-def milliseconds(work: Callable[[], None]) -> float:
-    """Return how long a call takes."""
-    begun = time.perf_counter()
-    work()
-    return 1000 * (time.perf_counter() - begun)
+PARTS_OF_ALL = ("start", "window", "cold", "watch", "edits", "sizes", "studies")
+STUDIES = (10, 100, 1000)
+_COLD_TIMES = 3
+_COMPARED_VOLUMES = 100
 
 
-class Bench:
-    """Drives one window as a person would, and notes how long each step takes to be seen."""
+class Benchmark:
+    """Runs the steps that are asked for, and gathers what they measure.
 
-    def __init__(self, folder: Path) -> None:
-        from annotator.session import Session
-        from annotator.session.options import SessionOptions
-        from annotator.settings import Settings
-        from annotator.startup.start import make_application
-        from annotator.window.main_window import MainWindow
+    Attributes
+    ----------
+    results : dict
+        By step.
+    own, peers : list
+        The figures of each round.
+    """
 
-        self.application = make_application()
-        options = SessionOptions(
-            annotator_name="bench", recovery_folder=folder / "recovery", level_cache_folder=folder / "levels"
-        )
-        self.session = Session(options)
-        self.window = MainWindow(self.session, Settings(folder / "settings.ini"), folder / "log")
-        self.window.resize(1400, 900)
-        self.window.show()
-        self.figures: dict[str, float | str | list[int]] = {}
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._options = options
+        self._volume: Path = options.volume
+        self.results: dict[str, Any] = {}
+        self.own: list[dict[str, Any]] = []
+        self.peers: list[dict[str, Any]] = []
+        self._starts: dict[str, Any] = {}
+        self._temporary = tempfile.TemporaryDirectory(prefix="oct-annotator-bench-")
+        self._home = Path(self._temporary.name) / "home"
+        self._link = placed(self._volume, Path(self._temporary.name) / "volume")
 
-    def wait(self, ready: Callable[[], bool], patience_s: float = 600) -> None:
-        """Run the event loop until something holds."""
-        limit = time.perf_counter() + patience_s
-        while not ready():
-            if time.perf_counter() > limit:
-                raise TimeoutError("the window did not become ready")
-            self.application.processEvents()
+    def run(self) -> None:
+        """Run everything that was asked for."""
+        only, options = self._options.only, self._options
+        self._home.mkdir()
+        if "start" in only:
+            # Python's and the fonts' caches are there when a person starts it again.
+            measure_start(self._home, None)
+        for number in range(options.rounds):
+            if "start" in only or "window" in only:
+                _say(f"round {number + 1} of {options.rounds}: ours")
+                self.own.append(self._round())
+            if options.peer is not None:
+                _say(f"round {number + 1} of {options.rounds}: the peer's")
+                self.peers.append(run_peer(options.peer, self._volume))
+        if self.own:
+            self.results |= {"rounds": self.own, "figures": medians(self.own)}
+        watches = dict(self._starts)
+        if self.peers:
+            self.results["peer"] = self.peers
+        for step, times, count in (
+            ("cold", _COLD_TIMES, 0),
+            ("watch", 1, _COMPARED_VOLUMES),
+            ("edits", 1, options.edits),
+        ):
+            if step in only:
+                self.results[step] = self._step(step, times=times, count=count)
+        if "sizes" in only:
+            self.results["sizes"] = self._sizes()
+        if "studies" in only:
+            self.results["studies"] = {f"{n:,}": self._step("study", count=n) for n in STUDIES}
+        watches |= self.results.get("watch", {}).get("watches", {})
+        if watches:
+            self.results["watches"] = watches
+        self._temporary.cleanup()
 
-    def draw_scene(self) -> None:
-        """Draw a frame of the scene now, and wait until OpenGL has finished it."""
-        stage = self.window.scene._stage
-        assert stage is not None
-        stage.canvas.widget.repaint()
-        stage.canvas.window.WaitForCompletion()
+    def _round(self) -> dict[str, Any]:
+        figures: dict[str, Any] = {}
+        if "start" in self._options.only:
+            for name, path in (("start", None), ("start_with_volume", self._link)):
+                found, watch = measure_start(self._home, path)
+                figures |= found
+                self._starts[name] = watch
+        if "window" in self._options.only:
+            figures |= self._step("window", times=self._options.times)
+        return figures
 
-    def median(self, name: str, change: Callable[[int], None], draw: Callable[[], None]) -> None:
-        """Note the median time of a change and its frame."""
-        taken = []
-        for step in range(TIMES):
-            taken.append(milliseconds(lambda step=step: (change(step), draw())))  # type: ignore[misc]
-            self.application.processEvents()
-        self.figures[name] = statistics.median(taken)
+    def _sizes(self) -> dict[str, Any]:
+        folder, found = self._options.folder, {}
+        for name in PARTS:
+            _say(f"{name} of the volume")
+            request = Request("window", part(self._volume, folder, name), max(4, self._options.times // 4))
+            found[name] = run_step(request, self._home)
+        for times, name in ((1, "empty"), (2, "empty, × 4")):
+            found[name] = self._step("empty", count=times)
+        return found
 
-    def open(self, path: Path) -> None:
-        """Open the volume; note when the first slice and the first frame of the scene are there."""
-        window, session = self.window, self.session
-        self.wait(window.isVisible)
-        window.repaint()
-        self.figures["start_to_window_ms"] = 1000 * (time.perf_counter() - STARTED)
-        window.prepare_scene()
-        self.wait(lambda: not session.jobs.running)
-        self.figures["start_to_mayavi_loaded_ms"] = 1000 * (time.perf_counter() - STARTED)
-        begun = time.perf_counter()
-        session.open_path(path)
-        self.wait(lambda: all(view.times_drawn for view in window.slices))
-        self.figures["open_to_first_slice_ms"] = 1000 * (time.perf_counter() - begun)
-        self.wait(lambda: window.scene.volume_draws > 0)
-        self.figures["open_to_first_3d_frame_ms"] = 1000 * (time.perf_counter() - begun)
-        self.wait(lambda: all(view.is_sharp for view in window.slices))
-        self.figures["open_to_sharp_slices_ms"] = 1000 * (time.perf_counter() - begun)
-        self.wait(lambda: not session.jobs.running)
-        self.figures["open_to_finest_level_ms"] = 1000 * (time.perf_counter() - begun)
-        self.figures["anonymous_mib_opened"] = anonymous_mib()
+    def _step(self, step: str, *, times: int = 1, count: int = 0) -> dict[str, Any]:
+        _say(f"{step} {count or ''}")
+        return run_step(Request(step, self._volume, times, count), self._home)
 
-    def measure(self) -> None:
-        """Time edits, camera frames and slices."""
-        from annotations.fitting.pose_fit import fit_document
-        from annotations.geometry.kinematics import ToolPose
-        from annotations.geometry.rotations import about_axis
 
-        session, scene = self.session, self.window.scene
-        assert session.volume is not None
-        assert session.spacing_um is not None
-        spacing_um = session.spacing_um
-        middle_um = session.view.crosshair_um
-        session.pose_tool(ToolPose(middle_um, about_axis((0, 0, 1), 90.0), {"theta1": 30.0, "theta2": 20.0}))
-        scene.picture()
+def medians(rounds: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """Return the median over the rounds of each figure that is a number."""
+    names = dict.fromkeys(name for each in rounds for name in each)
+    found = {}
+    for name in names:
+        values = [each[name] for each in rounds if isinstance(each.get(name), int | float)]
+        if values:
+            found[name] = statistics.median(values)
+    return found
 
-        def drag(step: int) -> None:
-            session.begin_preview("k5", (middle_um[0] + 50 * step, middle_um[1], middle_um[2]), "dragged")
 
-        def fit(step: int) -> None:
-            document, tool = session.document, session.tool
-            assert document is not None
-            assert tool is not None
-            fit_document(document, tool)
-
-        self.median("fit_ms", fit, lambda: None)
-        # With the fit, its ghost, residuals and pose: everything that moves with a keypoint.
-        self.median("drag_to_frame_ms", drag, self.draw_scene)
-        session.drop_preview()
-        self.median(
-            "edit_to_frame_ms",
-            lambda step: session.type_position("k0", (middle_um[0], middle_um[1] + 50 * step, middle_um[2])),
-            self.draw_scene,
-        )
-
-        def turn(step: int) -> None:
-            camera = scene.camera
-            assert camera is not None
-            scene._set_camera(replace(camera, height_um=camera.height_um * (1.01 if step % 2 else 0.99)))
-
-        self.median("camera_frame_moving_ms", turn, self.draw_scene)
-        self.median("camera_frame_at_rest_ms", turn, lambda: (scene.picture(), None)[1])
-        for axis, view in enumerate(self.window.slices):
-            size = session.volume.shape[axis]
-
-            def scroll(step: int, axis: int = axis, size: int = size) -> None:
-                crosshair_um = list(session.view.crosshair_um)
-                crosshair_um[axis] = (size // 4 + 7 * step) * spacing_um[axis]
-                session.look(crosshair_um=tuple(crosshair_um))
-
-            self.median(f"slice_axis{axis}_shown_ms", scroll, view.repaint)
-            self.wait(lambda view=view: view.is_sharp)  # type: ignore[misc]
-            self.median(
-                f"slice_axis{axis}_sharp_ms",
-                lambda step, scroll=scroll: scroll(step + 30),  # type: ignore[misc]
-                lambda view=view: (self.wait(lambda: view.is_sharp), view.repaint())[1],  # type: ignore[misc]
-            )
-        self.figures["undo_ms"] = statistics.median(
-            milliseconds(session.undo_stack.undo) for _ in range(min(TIMES, session.undo_stack.count()))
-        )
-        session.undo_stack.setIndex(session.undo_stack.count())
-        self.figures["save_ms"] = milliseconds(lambda: (session.save(), None)[1])
-        self.figures["anonymous_mib"] = anonymous_mib()
-        picture = scene.picture()
-        self.figures["scene_px"] = [picture.width(), picture.height()]
-
-    def close(self) -> None:
-        """Close the window and end the session."""
-        self.window.close()
-        self.session.shut_down()
+def machine(volume: Path, own: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what the figures were taken on."""
+    return {
+        "date": f"{datetime.now().astimezone():%Y-%m-%d}",
+        "commit": _commit(),
+        "cores": os.cpu_count(),
+        "processor": _processor(),
+        "renderer": next((each["renderer"] for each in own if "renderer" in each), "renderer not asked"),
+        "shape": list(np.load(volume, mmap_mode="r").shape),
+    }
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure, and print tables."""
+    options = _parser().parse_args()
+    with display():
+        options.volume = options.volume or full_volume(options.folder)
+        benchmark = Benchmark(options)
+        benchmark.run()
+    found = ratios(benchmark.own, benchmark.peers) if benchmark.own and benchmark.peers else []
+    results = {"machine": machine(options.volume, benchmark.own), **benchmark.results}
+    text = page(results, found)
+    sys.stdout.write(text)
+    if options.json is not None:
+        results["ratios"] = [asdict(ratio) for ratio in found]
+        options.json.write_text(json.dumps(results, indent=1) + "\n")
+    if options.markdown is not None:
+        options.markdown.write_text(text)
+
+
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m tests.bench", description=__doc__)
     parser.add_argument("volume", nargs="?", type=Path, help="a full-size .npy volume")
-    options = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="oct-annotator-bench-") as name:
-        folder = Path(name)
-        volume = options.volume
-        if volume is None:
-            command = [
-                sys.executable,
-                "-m",
-                "annotations.cli",
-                "synthesize",
-                str(folder / "study"),
-                "--count",
-                "1",
-            ]
-            subprocess.run([*command, "--seed", "1"], check=True, stdout=sys.stderr)
-            volume = next((folder / "study" / "volumes").glob("*.npy"))
-            globals()["STARTED"] = time.perf_counter()
-        from annotator.startup import toolkit
+    parser.add_argument(
+        "--folder",
+        type=Path,
+        default=cache_folder() / "bench",
+        help="where the full volume and parts of it are made, and kept (%(default)s)",
+    )
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        choices=PARTS_OF_ALL,
+        default=PARTS_OF_ALL,
+        help="measure these alone; start and window are what the peer's are compared with",
+    )
+    parser.add_argument("--rounds", type=int, default=3, help="of start and window (%(default)s)")
+    parser.add_argument("--times", type=int, default=20, help="of each figure in a round (%(default)s)")
+    parser.add_argument("--edits", type=int, default=10_000, help="how many (%(default)s)")
+    parser.add_argument("--peer", metavar="COMMAND", help="runs in turn with ours, on the same volume")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
+    parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the tables")
+    return parser
 
-        toolkit.prepare(headless=False)
-        # The annotations of a benchmark do not belong beside somebody's volume.
-        link = folder / "volume" / volume.name
-        link.parent.mkdir()
-        link.symlink_to(volume.absolute())
-        (link.parent / f"{volume.name}.volume.toml").write_text("spacing_um = [15.9, 13.5, 9.4]\n")
-        bench = Bench(folder)
-        try:
-            bench.open(link)
-            bench.measure()
-        finally:
-            bench.close()
-    for figure, value in bench.figures.items():
-        sys.stderr.write(f"{figure:<28}{value if isinstance(value, list | str) else f'{value:10.1f}'}\n")
-    sys.stdout.write(json.dumps(bench.figures) + "\n")
+
+def _commit() -> str:
+    command = ["git", "describe", "--always", "--dirty"]
+    found = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(__file__).parent)
+    return found.stdout.strip() or "unknown"
+
+
+def _processor() -> str:
+    information = Path("/proc/cpuinfo")
+    if information.exists():
+        for line in information.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(f"{text.strip()}\n")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,52 @@
+"""What thousands of edits cost in memory, and what is given back when the volume is closed."""
+
+import gc
+import time
+from pathlib import Path
+
+from tests.bench.driven_window import DrivenWindow
+from tests.bench.figures import Figures, anonymous_mib
+
+_WARM_UP = 200
+_EDITS_A_TURN = 20
+
+
+def measure_many_edits(driven: DrivenWindow, path: Path, edits: int) -> Figures:
+    """Make edits, a few for each turn of the event loop, close the volume, and open it again."""
+    session = driven.session
+    driven.open(path)
+    _edit(driven, _WARM_UP)
+    session.close_volume()
+    driven.open(path)
+    _edit(driven, _WARM_UP)
+    before_mib, begun_s = _memory_mib(driven), time.perf_counter()
+    _edit(driven, edits)
+    taken_s = time.perf_counter() - begun_s
+    after_mib = _memory_mib(driven)
+    session.close_volume()
+    driven.settle()
+    driven.open(path)
+    _edit(driven, _WARM_UP)
+    again_mib = _memory_mib(driven)
+    return {
+        "edits": float(edits),
+        "edit_ms": 1000 * taken_s / edits,
+        "grown_mib": after_mib - before_mib,
+        "kept_after_closing_mib": again_mib - before_mib,
+    }
+
+
+def _edit(driven: DrivenWindow, count: int) -> None:
+    session = driven.session
+    x_um, y_um, z_um = session.view.crosshair_um
+    for number in range(count):
+        session.type_position(f"k{number % 6}", (x_um + number % 997, y_um - number % 89, z_um))
+        if number % _EDITS_A_TURN == 0:
+            driven.application.processEvents()
+    driven.settle()
+
+
+def _memory_mib(driven: DrivenWindow) -> float:
+    driven.settle()
+    gc.collect()
+    return anonymous_mib()

@@ -1,0 +1,137 @@
+"""The benchmark's results as a page of tables, in Markdown, which reads as plain text too."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from tests.bench.peer import Ratio
+from tests.bench.watchdog import LIMIT_MS
+
+Rows = Sequence[Sequence[str]]
+
+_SHOWN_STEPS = 3
+
+
+def page(results: Mapping[str, Any], found: Sequence[Ratio]) -> str:
+    """Return everything that was measured.
+
+    Parameters
+    ----------
+    results : mapping
+        As in the JSON file: ``machine``, and for each step its figures.
+    found : sequence of Ratio
+    """
+    machine = results["machine"]
+    parts = [
+        f"{machine['date']}, commit {machine['commit']}: {machine['cores']} cores, {machine['processor']}, "
+        f"{machine['renderer']}; volume of {' × '.join(map(str, machine['shape']))} voxels."
+    ]
+    if found:
+        parts += [f"### Beside {results['peer'][0]['peer']}", "", _ratio_table(found)]
+    if "figures" in results:
+        parts += ["### On the full volume", "", _figures_table({"": results["figures"]})]
+    for step, title in (("cold", "### From a cold disk"), ("edits", "### Many edits")):
+        if step in results:
+            parts += [title, "", _figures_table({"": results[step]})]
+    for step, title in (("sizes", "### By the size of the volume"), ("studies", "### By volumes in a study")):
+        if step in results:
+            parts += [title, "", _figures_table(results[step])]
+    if "watch" in results:
+        parts += ["### Loading, comparing and predicting", "", _figures_table({"": results["watch"]})]
+    if "watches" in results:
+        parts += ["### What keeps the window from answering", "", _watch_table(results["watches"])]
+        parts += [_culprits(results["watches"])]
+    return "\n".join(part if part.startswith("###") or not part else f"{part}\n" for part in parts)
+
+
+def markdown_table(heads: Sequence[str], rows: Rows) -> str:
+    """Return a table whose columns are aligned in plain text too; the first one is of words."""
+    widths = [max(len(row[column]) for row in (heads, *rows)) for column in range(len(heads))]
+    rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
+    lines = [
+        [
+            row[0].ljust(widths[0]),
+            *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)),
+        ]
+        for row in (heads, rule, *rows)
+    ]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _ratio_table(found: Iterable[Ratio]) -> str:
+    rows = []
+    for ratio in found:
+        wanted = ratio.comparison
+        aim = "" if wanted.aim is None else f" (aim {wanted.aim:g})"
+        rows.append(
+            (
+                wanted.name,
+                number(ratio.ours),
+                number(ratio.peers),
+                f"{ratio.median:.3f}",
+                f"{ratio.lowest:.3f}–{ratio.highest:.3f}",
+                f"{wanted.at_most:g}{aim}",
+                "yes" if ratio.is_reached else "no",
+            )
+        )
+    return markdown_table(
+        ("ms or MiB", "ours", "peer's", "ratio", "lowest–highest", "at most", "reached"), rows
+    )
+
+
+def _figures_table(columns: Mapping[str, Mapping[str, Any]]) -> str:
+    names: dict[str, None] = {}
+    for figures in columns.values():
+        names |= {name: None for name, value in figures.items() if isinstance(value, int | float)}
+    heads = ("figure", *(head or "value" for head in columns))
+    rows = [(words(name), *(number(figures.get(name)) for figures in columns.values())) for name in names]
+    return markdown_table(heads, rows)
+
+
+def _watch_table(watches: Mapping[str, Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            words(name),
+            number(watch["rest_ms"]),
+            number(watch["rest_cpu_ms"]),
+            number(watch["longest_frame_ms"]),
+            str(watch["over_limit"]),
+        )
+        for name, watch in watches.items()
+    ]
+    heads = (
+        "while",
+        "longest step without one VTK frame, ms",
+        "of the processor, ms",
+        "longest VTK frame, ms",
+        f"steps above {LIMIT_MS:g} ms",
+    )
+    return markdown_table(heads, rows)
+
+
+def _culprits(watches: Mapping[str, Mapping[str, Any]]) -> str:
+    lines = []
+    for name, watch in watches.items():
+        lines += [
+            f"- {words(name)}, {number(step['rest_ms'])} ms after {number(step['at_s'])} s "
+            f"({number(step['cpu_ms'])} ms of the processor): {step['stacks'][0] if step['stacks'] else '?'}"
+            for step in watch["longest"][:_SHOWN_STEPS]
+            if step["rest_ms"] > LIMIT_MS
+        ]
+    return "\n".join(lines) or "No step is above the limit."
+
+
+def words(name: str) -> str:
+    """Return a figure's name as it is read, its unit after a comma."""
+    stem, _, unit = name.rpartition("_")
+    if unit in ("ms", "mib", "px"):
+        return f"{stem.replace('_', ' ')}, {unit.replace('mib', 'MiB')}"
+    return name.replace("_", " ")
+
+
+def number(value: object) -> str:
+    """Return a figure with three digits that count, or more before the point."""
+    if not isinstance(value, int | float):
+        return ""
+    if value != value or abs(value) >= 100 or value == int(value):
+        return f"{value:,.0f}"
+    return f"{value:.1f}" if abs(value) >= 10 else f"{value:.2f}"

@@ -1,0 +1,204 @@
+"""How long the GUI thread cannot answer: the longest steps of its event loop, and what it did in them."""
+
+import sys
+import threading
+import time
+from dataclasses import asdict, dataclass, field
+from types import TracebackType
+
+from PySide6.QtCore import Qt, QTimer
+
+from tests.bench.frames import Frames
+
+BEAT_MS = 2
+LIMIT_MS = 50.0
+"""No step is to take longer, apart from one frame of VTK."""
+
+_SAMPLE_S = 0.005
+# What is not sampled is too short to matter.
+_SAMPLED_FROM_S = 0.015
+_KEPT = 5
+_OURS = ("/annotator/", "/annotations/")
+_QT = "no call of the application's: Qt itself, or what it paints"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the event loop.
+
+    Attributes
+    ----------
+    ms : float
+        How long the loop did not turn, by the clock.
+    cpu_ms : float
+        Of the processor, by the GUI thread alone: what other work on the machine does not add to.
+    frame_ms : float
+        Of the clock, in the longest drawing by VTK.
+    at_s : float
+        Since the watch began.
+    stacks : tuple of str
+        Where the GUI thread was, from the outermost call on: the commonest of the samples first.
+    """
+
+    ms: float
+    cpu_ms: float
+    frame_ms: float
+    at_s: float
+    stacks: tuple[str, ...] = ()
+
+    @property
+    def rest_ms(self) -> float:
+        """How long it took, apart from one frame of VTK."""
+        return self.ms - self.frame_ms
+
+    @property
+    def culprit(self) -> str:
+        """The commonest of the stacks, else nothing."""
+        return self.stacks[0] if self.stacks else ""
+
+
+@dataclass
+class Watch:
+    """What a watchdog has seen.
+
+    Attributes
+    ----------
+    longest : list of Step
+        The longest ones apart from a frame of VTK, the longest first.
+    longest_frame_ms : float
+    over_limit : int
+        Steps longer than `LIMIT_MS`, apart from one frame.
+    """
+
+    longest: list[Step] = field(default_factory=list)
+    longest_frame_ms: float = 0.0
+    over_limit: int = 0
+
+    @property
+    def rest_ms(self) -> float:
+        """The longest step apart from one frame of VTK, in ms."""
+        return self.longest[0].rest_ms if self.longest else 0.0
+
+    @property
+    def rest_cpu_ms(self) -> float:
+        """The most of the processor that a kept step took apart from one frame of VTK, in ms."""
+        return max((min(step.cpu_ms, step.rest_ms) for step in self.longest), default=0.0)
+
+    def plain(self) -> dict[str, object]:
+        """Return what was seen in types that JSON has."""
+        return {
+            "rest_ms": self.rest_ms,
+            "rest_cpu_ms": self.rest_cpu_ms,
+            "longest_frame_ms": self.longest_frame_ms,
+            "over_limit": self.over_limit,
+            "longest": [{**asdict(step), "rest_ms": step.rest_ms} for step in self.longest],
+        }
+
+    def add(self, step: Step) -> None:
+        """Take another step in."""
+        self.longest_frame_ms = max(self.longest_frame_ms, step.frame_ms)
+        self.over_limit += step.rest_ms > LIMIT_MS
+        self.longest = sorted([*self.longest, step], key=lambda each: -each.rest_ms)[:_KEPT]
+
+
+class Watchdog:
+    """Watches the GUI thread's event loop while a block of a ``with`` statement runs; ``watch`` says the rest.
+
+    A timer of the event loop beats every 2 ms. A thread looks what the GUI thread is doing when the beat has
+    not come for a while. Where a call holds Python's lock, as one of VTK does, the look comes right after it.
+
+    Attributes
+    ----------
+    watch : Watch
+    frames : Frames or None
+        Those of the scene; without them a frame is a step as any other.
+    """
+
+    def __init__(self, frames: Frames | None = None) -> None:
+        self.watch = Watch()
+        self.frames = frames
+        self._gui_thread = threading.get_ident()
+        self._timer = QTimer(interval=BEAT_MS, timerType=Qt.TimerType.PreciseTimer)
+        self._timer.timeout.connect(self._on_timer_timeout)
+        self._ended = threading.Event()
+        self._sampler = threading.Thread(target=self._sample, name="watchdog", daemon=True)
+        self._samples: list[tuple[Call, ...]] = []
+        self._began_s = self._beat_s = 0.0
+        self._beat_cpu_s = 0.0
+
+    def __enter__(self) -> Watch:
+        self._began_s = self._beat_s = time.perf_counter()
+        self._beat_cpu_s = time.thread_time()
+        self._timer.start()
+        self._sampler.start()
+        return self.watch
+
+    def __exit__(
+        self, _kind: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
+    ) -> None:
+        self._on_timer_timeout()
+        self._timer.stop()
+        self._ended.set()
+        self._sampler.join()
+
+    def _on_timer_timeout(self) -> None:
+        beat_s, beat_cpu_s = time.perf_counter(), time.thread_time()
+        taken_s = beat_s - self._beat_s
+        if taken_s > _SAMPLED_FROM_S:
+            frame_s = self.frames.longest_within_s(self._beat_s, beat_s) if self.frames else 0.0
+            samples, self._samples = self._samples, []
+            named = [_words(stack) for stack in samples]
+            commonest = sorted(set(named), key=lambda each: (each != _QT, named.count(each)), reverse=True)
+            self.watch.add(
+                Step(
+                    ms=1000 * taken_s,
+                    cpu_ms=1000 * (beat_cpu_s - self._beat_cpu_s),
+                    frame_ms=1000 * frame_s,
+                    at_s=self._beat_s - self._began_s,
+                    stacks=tuple(commonest[:3]),
+                )
+            )
+        self._beat_s, self._beat_cpu_s = beat_s, beat_cpu_s
+
+    def _sample(self) -> None:
+        while not self._ended.wait(_SAMPLE_S):
+            beat_s = self._beat_s
+            if time.perf_counter() - beat_s < _SAMPLED_FROM_S:
+                self._samples = []
+                continue
+            stack = _stack(self._gui_thread)
+            if stack and beat_s == self._beat_s:
+                self._samples.append(stack)
+
+
+Call = tuple[str, int, str]
+"""File, line and function."""
+
+
+def _stack(thread: int) -> tuple[Call, ...]:
+    """Return a thread's calls, from the outermost on."""
+    frame = sys._current_frames().get(thread)
+    calls = []
+    # Nothing that lets other threads run: while a frame is held here, so is what it holds, and Qt does not
+    # survive a painter that outlives its painting.
+    while frame is not None:
+        calls.append((frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name))
+        frame = frame.f_back
+    return tuple(reversed(calls))
+
+
+def _words(stack: tuple[Call, ...]) -> str:
+    """Return the application's own calls in a stack, and the innermost call, in one line."""
+    named = [
+        f"{_module(filename)}:{line} {function}"
+        for place, (filename, line, function) in enumerate(stack)
+        if any(folder in filename for folder in _OURS) or (place and place == len(stack) - 1)
+    ]
+    return " → ".join(named) if any(folder in stack[-1][0] for folder in _OURS) or len(named) > 1 else _QT
+
+
+def _module(filename: str) -> str:
+    for folder in _OURS:
+        if folder in filename:
+            return f"{folder[1:]}{filename.rpartition(folder)[2]}"
+    return filename.rpartition("/site-packages/")[2].rpartition("/lib/")[2]
