@@ -91,7 +91,12 @@ def read_state(path: Path) -> NetworkState:
         # torch lists every name that is absent, unknown or of another shape, on lines of their own.
         first, *others = (line.strip().rstrip(".") for line in str(error).splitlines())
         said = others[0] if others else first
-        raise _wrong(f"its weights do not fit a {settings.kind!r} network: {said}", path) from error
+        raise StateError(
+            f"its weights do not fit a {settings.kind!r} network: {said}",
+            where=path,
+            remedy="If an earlier version trained it, this one makes networks of other widths: use the "
+            "checkpoint (.onnx) beside it, or train anew",
+        ) from error
     return NetworkState(description, network)
 
 

@@ -10,6 +10,11 @@ from annotator.actions.annotate_table import KEYPOINT_KEYS
 from annotator.session import Session
 from annotator.settings import RECENT_FILES
 
+_PREDICTING = ("predict_volume", "predict_selection", "predict_study")
+_NO_CHECKPOINT = "Load a checkpoint first"
+_UNDER_WAY = "Volumes are being predicted already"
+_NOTHING_OPEN = "Open a volume first"
+
 
 @dataclass(frozen=True)
 class ActionState:
@@ -57,6 +62,17 @@ def _reasons(session: Session) -> Iterator[tuple[str, str]]:
     yield "compute_errors", session.reviewing.refusal
     yield "export_errors", session.reporting.refusal
     yield "start_from_prediction", session.predicting.start_refusal
+    yield from ((name, _why_not_predicted(session, name)) for name in _PREDICTING)
+
+
+def _why_not_predicted(session: Session, name: str) -> str:
+    predicting = session.predicting
+    if predicting.current is None:
+        return _NO_CHECKPOINT
+    if predicting.is_predicting:
+        return _UNDER_WAY
+    is_there = session.volume is not None if name == "predict_volume" else bool(session.items)
+    return "" if is_there else _NOTHING_OPEN
 
 
 def _active(session: Session) -> Part | None:

@@ -100,7 +100,8 @@ class CheckpointDialog(QDialog):
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
-        kind = "The checkpoint is made" if is_new else "This is a checkpoint, a trained network"
+        name = f"“{checkpoint.description.name}”"
+        kind = f"The checkpoint {name} is made" if is_new else f"{name} is a checkpoint, a trained network"
         layout.addWidget(Heading(kind, name="checkpoint_heading"))
         layout.addLayout(facts)
         layout.addWidget(WrappedText(_HOW))

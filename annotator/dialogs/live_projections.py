@@ -153,8 +153,14 @@ class LiveProjections(QWidget):
             painter.setPen(QPen(QColor(0, 0, 0), 1.0))
             painter.setBrush(color)
             painter.drawEllipse(places[keypoint.name], _RADIUS_PX, _RADIUS_PX)
+        # As far as is painted at all.
+        right_px = pane.area.right() + _GAP_PX / 2 - 2
         for names, place in _labels(places):
-            _paint_text(painter, place + QPointF(_RADIUS_PX + 2, -_RADIUS_PX - 2), names, _INK)
+            width_px = painter.fontMetrics().horizontalAdvance(names)
+            beside = place + QPointF(_RADIUS_PX + 2, -_RADIUS_PX - 2)
+            if beside.x() + width_px > right_px:
+                beside.setX(place.x() - _RADIUS_PX - 2 - width_px)
+            _paint_text(painter, beside, names, _INK)
 
     def _paint_guides(self, painter: QPainter, pane: Pane, frame: LiveFrame) -> None:
         area = pane.area

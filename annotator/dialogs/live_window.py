@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QPlainTextEdit, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QPushButton, QVBoxLayout, QWidget
 
 from annotations.errors import UserError
 from annotations.volumes import offered_spacing_um, open_volume
@@ -93,11 +93,7 @@ class LiveWindow(QWidget):
         checkpoint.addWidget(self._checkpoint, 1)
         checkpoint.addWidget(self._ship)
         checkpoint.addWidget(self._load)
-        above = QGridLayout()
-        above.addWidget(self._source, 0, 0)
-        above.addLayout(checkpoint, 1, 0)
-        above.addWidget(self._start, 0, 1, 2, 1)
-        above.setColumnStretch(0, 1)
+        checkpoint.addWidget(self._start)
         readings = scrolling(self._readings, "live_readings_scroll")
         readings.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         readings.setFixedWidth(self._readings.minimumWidth() + 2 * self.fontMetrics().height())
@@ -105,7 +101,8 @@ class LiveWindow(QWidget):
         middle.addWidget(self.projections, 1)
         middle.addWidget(readings)
         layout = QVBoxLayout(self)
-        layout.addLayout(above)
+        layout.addWidget(self._source)
+        layout.addLayout(checkpoint)
         layout.addLayout(middle, 1)
         layout.addWidget(self._messages)
 

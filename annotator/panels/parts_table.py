@@ -86,10 +86,9 @@ class PartsTable(QTableView):
         header.setMinimumSectionSize(letter)
         widths = self._narrowest_widths()
         spare = self.viewport().width() - sum(widths.values())
-        state = self._text_width(_LONGEST_STATE) - widths[self._state]
-        if spare >= state:
-            widths[self._state] += state
-            spare -= state
+        state = max(min(spare, self._text_width(_LONGEST_STATE) - widths[self._state]), 0)
+        widths[self._state] += state
+        spare -= state
         source = _SOURCE_LETTERS * letter
         self.setColumnHidden(self._source, spare < source)
         if spare >= source:

@@ -53,7 +53,8 @@ class ReportWriting(QObject):
 
     def _on_job_done(self, paths: tuple[Path, ...]) -> None:
         self._end()
-        self._session.post_message(f"The report is written: {', '.join(str(path) for path in paths)}")
+        names = ", ".join(path.name for path in paths)
+        self._session.post_message(f"The report is in {paths[0].parent}: {names}")
         self.exported.emit(paths)
 
     def _on_job_failed(self, error: Exception) -> None:

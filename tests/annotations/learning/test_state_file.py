@@ -141,6 +141,8 @@ def test_what_does_not_fit_is_refused_in_words(path: Path, changes: dict[str, An
     with pytest.raises(StateError) as error:
         read_state(rewritten(path, **changes))
     assert said in str(error.value)
+    # What a training has left is not told to be something else.
+    assert ("is no network" in str(error.value)) == ("weights do not fit" not in said)
     assert "\n" not in str(error.value)
     assert str(path) in str(error.value)
 

@@ -32,7 +32,7 @@ def said(dialog, name):
 
 def test_it_says_what_the_checkpoint_is(make_dialog, checkpoint):
     dialog = make_dialog()
-    assert said(dialog, "heading") == "This is a checkpoint, a trained network"
+    assert said(dialog, "heading") == "“Tiny” is a checkpoint, a trained network"
     assert said(dialog, "path") == str(checkpoint.path)
     assert said(dialog, "name") == "Tiny"
     assert said(dialog, "tool") == "needle (Needle: tip and shaft)"
@@ -43,7 +43,7 @@ def test_it_says_what_the_checkpoint_is(make_dialog, checkpoint):
 
 
 def test_a_new_one_is_called_so(make_dialog):
-    assert said(make_dialog(is_new=True), "heading") == "The checkpoint is made"
+    assert said(make_dialog(is_new=True), "heading") == "The checkpoint “Tiny” is made"
 
 
 @pytest.mark.parametrize(("folder", "study"), [(None, "STUDY"), (Path("/data/study"), "/data/study")])
