@@ -8,85 +8,17 @@ its own. Prints a table on standard error and one JSON object on standard output
 
 import argparse
 import json
-import resource
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
-
-SIGMA_UM = 50.0
-SPACING_UM = (15.9, 13.5, 9.4)
+from tests.bench.annotated_study import write_annotated_study
+from tests.bench.figures import Figures, peak_mib, print_figures
 
 
-def write_study(folder: Path, annotators: int, volumes: int, method: str) -> None:
-    """Write a study whose annotators place everything with noise of a known size."""
-    from annotations.documents import edits
-    from annotations.documents.annotation import VolumeReference, new_annotation
-    from annotations.documents.files import annotation_bytes
-    from annotations.documents.study import Study, StudyVolume, save_study
-    from annotations.geometry.boxes import Box
-    from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
-    from annotations.geometry.rotations import about_axis
-    from annotations.geometry.tool_library import find_tool
-
-    tool = find_tool("magnetic-forceps")
-    names = [f"annotator{number:02}" for number in range(annotators)]
-    ids = [f"volume{number:05}" for number in range(volumes)]
-    reference = VolumeReference(
-        path="../../volumes/ID.npy",
-        shape=(1096, 1936, 1152),
-        dtype="uint8",
-        spacing_um=SPACING_UM,
-        fingerprint="FINGERPRINT",
-    )
-    pose = ToolPose((9e3, 12e3, 3e3), about_axis((0, 0, 1), 40.0), {"theta1": 40.0, "theta2": 30.0})
-    document = new_annotation(
-        reference, tool, "ANNOTATOR", "boxes" if method == "boxes" else "keypoints", ships=True
-    )
-    places = {}
-    for index, (name, position_um) in enumerate(keypoints_um(pose, tool).items()):
-        if method == "keypoints":
-            places[name] = position_um
-            document = edits.place_keypoint(document, name, (1e5 + index, 1e5, 1e5), "clicked")
-    for index, (link, box) in enumerate(link_boxes(pose, tool).items()):
-        if method == "boxes":
-            places[link] = box.center_um
-            moved = Box((1e5 + index, 1e5, 1e5), box.size_um, box.rotation_wxyz)
-            document = edits.place_box(document, link, moved, "clicked")
-    text = annotation_bytes(edits.set_status(document, "done")).decode()
-    for index in range(len(places)):
-        text = text.replace(f"[{1e5 + index}, 100000.0, 100000.0]", f"[@{index}]")
-    centers_um = np.array(list(places.values()))
-    random = np.random.default_rng(1)
-    for name in names:
-        own = folder / "annotations" / name
-        own.mkdir(parents=True)
-        for number, volume_id in enumerate(ids):
-            filled = (
-                text.replace("ANNOTATOR", name)
-                .replace("FINGERPRINT", f"{number:064x}")
-                .replace("ID", volume_id)
-            )
-            placed_um = centers_um + random.normal(scale=SIGMA_UM, size=centers_um.shape)
-            for index, (x, y, z) in enumerate(placed_um.tolist()):
-                filled = filled.replace(f"@{index}", f"{x}, {y}, {z}")
-            (own / f"{volume_id}.{method}.json").write_text(filled)
-    save_study(
-        Study(
-            title="bench",
-            tool=tool.name,
-            methods=("keypoints", "boxes"),
-            annotators=tuple(names),
-            volumes=tuple(StudyVolume(id=each, path=f"volumes/{each}.npy") for each in ids),
-        ),
-        folder,
-    )
-
-
-def parse_only(folder: Path) -> dict[str, float]:
+def parse_only(folder: Path) -> Figures:
     """Read every file and parse its JSON."""
     with Timer("parse") as timer:
         for path in folder.glob("annotations/*/*.json"):
@@ -94,7 +26,7 @@ def parse_only(folder: Path) -> dict[str, float]:
     return timer.figures
 
 
-def collect_and_compare(folder: Path) -> dict[str, float]:
+def collect_and_compare(folder: Path) -> Figures:
     """Collect and compare, as the program does."""
     from annotations.agreement.collecting import collect
     from annotations.agreement.comparison import compare
@@ -114,12 +46,12 @@ def collect_and_compare(folder: Path) -> dict[str, float]:
 class Timer:
     """Notes what is used within it: time, the processor's time, which other work does not add to, and memory.
 
-    The memory is the largest that this process has held so far (Linux counts it in KiB).
+    The memory is the largest that this process has held so far.
     """
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self.figures: dict[str, float] = {}
+        self.figures: Figures = {}
 
     def __enter__(self) -> "Timer":
         self._began_s = time.perf_counter(), time.process_time()
@@ -129,7 +61,7 @@ class Timer:
         self.figures = {
             f"{self._name}_s": time.perf_counter() - self._began_s[0],
             f"{self._name}_cpu_s": time.process_time() - self._began_s[1],
-            f"{self._name}_peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+            f"{self._name}_peak_mib": peak_mib(),
         }
 
 
@@ -148,17 +80,16 @@ def main() -> None:
         step, folder = options.step
         sys.stdout.write(json.dumps(STEPS[step](Path(folder))))
         return
-    figures: dict[str, float] = {}
+    figures: Figures = {}
     with tempfile.TemporaryDirectory(prefix="oct-annotator-bench-") as name:
         began_s = time.perf_counter()
-        write_study(Path(name), options.annotators, options.volumes, options.method)
+        people = [f"annotator{number:02}" for number in range(options.annotators)]
+        write_annotated_study(Path(name), people, options.volumes, options.method)
         figures["write_s"] = time.perf_counter() - began_s
         for step in STEPS:
             command = [sys.executable, "-m", "tests.bench.agreement", "--step", step, name]
             figures |= json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
-    for figure, value in figures.items():
-        sys.stderr.write(f"{figure:<20}{value:10.1f}\n")
-    sys.stdout.write(json.dumps(figures) + "\n")
+    print_figures(figures)
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ def display() -> Iterator[None]:
     screen = ["-screen", "0", f"{SIZE_PX[0]}x{SIZE_PX[1]}x24"]
     try:
         server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(writer), *screen, "-nolisten", "tcp"],
+            ["Xvfb", "-displayfd", str(writer), *screen, "-nolisten", "tcp", "-noreset"],
             pass_fds=(writer,),
             stderr=subprocess.DEVNULL,
         )

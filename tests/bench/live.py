@@ -9,7 +9,6 @@ under ``xvfb-run``. Prints a table on standard error and one JSON object on stan
 
 import argparse
 import itertools
-import json
 import os
 import subprocess
 import sys
@@ -28,6 +27,7 @@ from annotations.volumes import OMES_REALTIME_SPACING_UM, write_folder_answer
 from annotator.dialogs.live_window import LiveWindow
 from annotator.session import Session
 from annotator.session.options import SessionOptions
+from tests.bench.figures import print_figures
 
 MADE = 8
 LEFT_THERE = 20
@@ -138,10 +138,7 @@ def main() -> None:
             "cores": os.cpu_count(),
             **measurement.figures(),
         }
-    for figure, value in figures.items():
-        shown = f"{value:10.2f}" if isinstance(value, float) else f"{value}"
-        sys.stderr.write(f"{figure:<32}{shown}\n")
-    sys.stdout.write(json.dumps(figures) + "\n")
+    print_figures(figures)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ and one JSON object on standard output; judges nothing.
 """
 
 import argparse
-import json
 import os
 import sys
 import tempfile
@@ -31,6 +30,7 @@ from annotations.prediction.shipped import find_checkpoint
 from annotations.synthesis import REALTIME_SHAPE, write_study
 from annotations.volumes import SpacingUm, Volume, open_volume
 from annotations.volumes.sampling import sample_volume
+from tests.bench.figures import print_figures
 
 BUDGET_MS = 50.0
 """Between two volumes of the scanner, which gives 20 a second."""
@@ -170,10 +170,7 @@ def main() -> None:
         finally:
             for volume, _ in volumes:
                 volume.close()
-    for figure, value in figures.items():
-        shown = f"{value:10.2f}" if isinstance(value, float) else f"{value}"
-        sys.stderr.write(f"{figure:<32}{shown}\n")
-    sys.stdout.write(json.dumps(figures) + "\n")
+    print_figures(figures)
 
 
 if __name__ == "__main__":

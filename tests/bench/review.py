@@ -8,10 +8,8 @@ standard output; judges nothing.
 """
 
 import argparse
-import json
 import os
 import statistics
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -19,6 +17,9 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+
+from tests.bench.driven_window import DrivenWindow
+from tests.bench.figures import print_figures
 
 SPACING_UM = (1087.5, 1631.0, 675.0)
 SHAPE = (16, 16, 16)
@@ -112,24 +113,11 @@ def write_study(folder: Path, volumes: int) -> Path:
     return other.path
 
 
-class Bench:
-    """Drives one window, and notes for how long it cannot answer."""
+class Bench(DrivenWindow):
+    """A window of which it is noted for how long it cannot answer."""
 
     def __init__(self, folder: Path) -> None:
-        from annotator.session import Session
-        from annotator.session.options import SessionOptions
-        from annotator.settings import Settings
-        from annotator.startup.start import make_application
-        from annotator.window.main_window import MainWindow
-
-        self.application = make_application()
-        options = SessionOptions(
-            annotator_name="rita", recovery_folder=folder / "recovery", level_cache_folder=folder / "levels"
-        )
-        self.session = Session(options)
-        self.window = MainWindow(self.session, Settings(folder / "settings.ini"), folder / "log", asks=False)
-        self.window.resize(1400, 900)
-        self.window.show()
+        super().__init__(folder, "rita")
         self.figures: dict[str, float] = {}
 
     def step_ms(self, work: Callable[[], object], ready: Callable[[], bool] = lambda: True) -> Stretch:
@@ -241,9 +229,7 @@ def main() -> None:
         if not (folder / "study.toml").exists():
             other_path = write_study(folder, arguments.volumes)
         figures = measure(folder, other_path)
-    for name, value in figures.items():
-        print(f"{name:30} {value:10.1f}", file=sys.stderr)
-    print(json.dumps(figures), flush=True)
+    print_figures(figures)
     # Not to wait for threads that may be busy.
     os._exit(0)
 

@@ -6,12 +6,12 @@ few are timed. Prints a table on standard error and one JSON object on standard 
 """
 
 import argparse
-import json
 import os
 import statistics
-import sys
 import time
 from multiprocessing import get_context
+
+from tests.bench.figures import print_figures
 
 # Each process has a core of its own.
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -81,9 +81,7 @@ def main() -> None:
     # What a network sees of a volume lies in 28 of its planes.
     figures["sampled_planes_s"] = 28 * plane_s()
     figures["times_faster_than_planes"] = figures["sampled_planes_s"] * figures["volumes_per_s_processes_1"]
-    for name, value in figures.items():
-        sys.stderr.write(f"{name:32} {value:10.2f}\n")
-    sys.stdout.write(json.dumps(figures) + "\n")
+    print_figures(figures)
 
 
 if __name__ == "__main__":

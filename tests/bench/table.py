@@ -21,10 +21,9 @@ def page(results: Mapping[str, Any], found: Sequence[Ratio]) -> str:
     found : sequence of Ratio
     """
     machine = results["machine"]
-    parts = [
-        f"{machine['date']}, commit {machine['commit']}: {machine['cores']} cores, {machine['processor']}, "
-        f"{machine['renderer']}; volume of {' × '.join(map(str, machine['shape']))} voxels."
-    ]
+    shape = " × ".join(map(str, machine["shape"]))
+    drawn_by = f"{machine['cores']} cores, {machine['processor']}, {machine['renderer']}"
+    parts = [f"{machine['date']}, commit {machine['commit']}: {drawn_by}; volume of {shape} voxels."]
     if found:
         parts += [f"### Beside {results['peer'][0]['peer']}", "", _ratio_table(found)]
     if "figures" in results:
@@ -47,13 +46,10 @@ def markdown_table(heads: Sequence[str], rows: Rows) -> str:
     """Return a table whose columns are aligned in plain text too; the first one is of words."""
     widths = [max(len(row[column]) for row in (heads, *rows)) for column in range(len(heads))]
     rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
-    lines = [
-        [
-            row[0].ljust(widths[0]),
-            *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)),
-        ]
-        for row in (heads, rule, *rows)
-    ]
+    lines = []
+    for first, *others in (heads, rule, *rows):
+        aligned = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
+        lines.append([first.ljust(widths[0]), *aligned])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 

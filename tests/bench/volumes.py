@@ -57,7 +57,7 @@ def empty_volume(path: Path, shape: tuple[int, int, int]) -> Path:
 
 
 def placed(source: Path, folder: Path, name: str = "v001.npy") -> Path:
-    """Return a link to a volume in a folder of its own: annotations do not belong beside somebody's volume."""
+    """Return a link to a volume in another folder: annotations do not belong beside somebody's volume."""
     folder.mkdir(parents=True, exist_ok=True)
     link = folder / name
     link.symlink_to(source.resolve())

@@ -102,7 +102,7 @@ class Watch:
 
 
 class Watchdog:
-    """Watches the GUI thread's event loop while a block of a ``with`` statement runs; ``watch`` says the rest.
+    """Watches the GUI thread's event loop while the block of a ``with`` statement runs.
 
     A timer of the event loop beats every 2 ms. A thread looks what the GUI thread is doing when the beat has
     not come for a while. Where a call holds Python's lock, as one of VTK does, the look comes right after it.

@@ -55,7 +55,7 @@ def watch_loading(watching: Watching, driven: DrivenWindow, folder: Path) -> Non
 
 def watch_predictions(watching: Watching, driven: DrivenWindow) -> None:
     """Predict the two volumes that are open, with the checkpoint that ships."""
-    session, predicting = driven.session, driven.session.predicting
+    predicting = driven.session.predicting
     path = shipped_checkpoint("magnetic-forceps")
     assert path is not None
     predicting.load(load_checkpoint(path))
