@@ -132,7 +132,8 @@ def _rewritten(
             present = load_verdicts(folder, checkpoint_name, reviewer)
         except DocumentError as error:
             raise SaveError(
-                f"the verdicts that are there cannot be read, and are not overwritten ({error.problem})",
+                f"the verdicts of {reviewer} in this file cannot be read, and are not written over "
+                f"({error.problem})",
                 where=error.where or path,
                 remedy=error.remedy or "Move the file away, and judge again",
             ) from error

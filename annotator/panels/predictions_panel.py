@@ -1,7 +1,9 @@
 """Predictions held against what people say: the errors, the plots, several checkpoints side by side."""
 
+import re
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Signal, Slot
@@ -17,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from annotations.documents.study import CONSENSUS
+from annotations.documents.study import CONSENSUS, folder_name
 from annotator.looks.folding import scrolling
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
@@ -38,7 +40,9 @@ _CHANGED = "Predictions or annotations have changed since."
 _PREDICTING = "Predicting…"
 _USUAL = "Truth: as the study says"
 _EXPORT = "Write tables, plots, the worst volumes and the verdicts into files"
-_REASONS_NAMED = 2
+_REASONS_NAMED, _FILES_NAMED = 2, 3
+_UNREAD = "its prediction cannot be read"
+_OWN_VERDICTS = " They are your own: none can be given before that is put right."
 _SIDE_BY_SIDE = 2
 # As wide as this, in lines of text, the tables stand beside what is chosen: below a window's panes.
 _SIDEWAYS_LINES = 56
@@ -213,6 +217,7 @@ class PredictionsPanel(QWidget):
         self._export.setEnabled(not refusal and not self._session.reporting.is_exporting)
         self._export.setToolTip(refusal or _EXPORT)
         self._state.setText(self._words())
+        self._state.setToolTip(self._details())
         self._state.set_color((lambda colors: colors.warning) if reviewing.is_stale else None)
         self._draw_pages()
 
@@ -265,9 +270,19 @@ class PredictionsPanel(QWidget):
             return f"{_NO_TRUTH}: {left_out}"
         doing = _COMPUTING if reviewing.is_computing else _CHANGED if reviewing.is_stale else ""
         told = (f"Computed at {review.at:%H:%M}.", doing, left_out, unfitness and f"{_sentence(unfitness)}.")
-        # Of verdicts that cannot be read: which file, and what to do.
-        remarks = (f"{remark}." for remark in review.material.remarks)
+        # Of verdicts that cannot be read: whose, which file, and what to do.
+        short = [_without_folders(remark, review.folder) for remark in review.material.remarks]
+        own = f": {folder_name(self._session.person)}.json"
+        remarks = (f"{remark}.{_OWN_VERDICTS if own in remark else ''}" for remark in short)
         return " ".join(filter(None, (*told, *remarks)))
+
+    def _details(self) -> str:
+        """Return the whole of what is said in short: which files cannot be read, where they are, and why."""
+        review, table = self._session.reviewing.review, self._session.reviewing.table
+        if review is None or table is None:
+            return ""
+        unread = (each.reason for each in table.unjudged if each.reason.startswith(_UNREAD))
+        return "\n".join(map(_sentence, (*unread, *review.material.remarks)))
 
 
 def _offer(choice: QComboBox, entries: Sequence[tuple[str, str | None]], chosen: str | None) -> None:
@@ -286,9 +301,19 @@ def _sentence(reason: str) -> str:
     return reason[:1].upper() + reason[1:]
 
 
+def _without_folders(text: str, folder: Path) -> str:
+    """Return a text in which files of a folder have their names alone."""
+    return re.sub(rf"{re.escape(str(folder))}[/\\](?:[^:,\n/\\]+[/\\])*", "", text)
+
+
 def _left_out(table: "ErrorTable") -> str:
     """Say how many predictions are held against nothing, and why, for each reason once."""
-    reasons = Counter(each.reason for each in table.unjudged)
-    words = "; ".join(f"{count} ({reason})" for reason, count in reasons.most_common(_REASONS_NAMED))
-    more = "; …" if len(reasons) > _REASONS_NAMED else ""
-    return f"Left out: {words}{more}." if words else ""
+    reasons = Counter(each.reason for each in table.unjudged if not each.reason.startswith(_UNREAD))
+    words = [f"{count} ({reason})" for reason, count in reasons.most_common(_REASONS_NAMED)]
+    words += ["…"] if len(reasons) > _REASONS_NAMED else []
+    # Each has a reason of its own, which the tooltip says.
+    unread = [f"{each.volume}.json" for each in table.unjudged if each.reason.startswith(_UNREAD)]
+    if unread:
+        files = ", ".join((*unread[:_FILES_NAMED], *(("…",) if len(unread) > _FILES_NAMED else ())))
+        words.append(f"{len(unread)} ({_UNREAD}, move it away and predict again: {files})")
+    return f"Left out: {'; '.join(words)}." if words else ""

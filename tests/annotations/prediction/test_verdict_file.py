@@ -144,7 +144,7 @@ def test_no_other_file_is_overwritten(tmp_path: Path, content: bytes) -> None:
     path.write_bytes(content)
     record(tmp_path, on("v1"), "anna")
 
-    with pytest.raises(SaveError, match="are not overwritten"):
+    with pytest.raises(SaveError, match="are not written over"):
         record(tmp_path, on("v1"))
     said, [problem] = study_verdicts(tmp_path, CHECKPOINT.name)
 

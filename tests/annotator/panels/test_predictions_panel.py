@@ -194,6 +194,27 @@ def test_each_state_says_what_to_do_next(
     assert words(panel, "predictions_state").startswith("Computed at")
 
 
+def test_files_that_cannot_be_read_are_named_in_short_and_in_full_in_the_tooltip(
+    qtbot: QtBot, rita: Session, panel: PredictionsPanel, folder: Path
+) -> None:
+    [prediction] = folder.glob(f"predictions/first*/{NEAR}.json")
+    verdicts = folder / "verdicts" / prediction.parent.name / "rita.json"
+    verdicts.parent.mkdir(parents=True)
+    for path in (prediction, verdicts):
+        path.write_text("{")
+
+    review(qtbot, rita)
+
+    said, label = words(panel, "predictions_state"), panel.findChild(QLabel, "predictions_state")
+    assert f"{NEAR}.json" in said
+    assert "rita.json" in said
+    assert "They are your own" in said
+    assert str(folder) not in said
+    assert label is not None
+    assert str(prediction) in label.toolTip()
+    assert str(verdicts) in label.toolTip()
+
+
 def test_a_checkpoint_that_has_predicted_nothing_asks_to_predict(
     qtbot: QtBot, rita: Session, panel: PredictionsPanel
 ) -> None:
