@@ -24,7 +24,7 @@ _KEYS = 9
 # Nobody has said of these that they are there.
 _UNSEEN = ("fitted", "predicted")
 
-SHORT_STATES = {"occluded": "occl.", "out of view": "out", "unplaced": "–"}
+SHORT_STATES = {"predicted": "pred.", "occluded": "occl.", "out of view": "out", "unplaced": "–"}
 """Where there is no room for the words."""
 
 STATES = ("placed", "occluded", "out_of_view", "unplaced")

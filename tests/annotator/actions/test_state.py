@@ -9,6 +9,7 @@ from annotations.geometry.boxes import Box
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotator.actions.state import ActionState, state_of
 from annotator.session import Session
+from tests.annotations.prediction.tiny_networks import save_tiny
 
 BOX = Box((100.0, 200.0, 300.0), (11_000.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
 POSE = ToolPose((3000.0, 4000.0, 2000.0), (1.0, 0.0, 0.0, 0.0), {"theta1": 40.0})
@@ -30,6 +31,13 @@ def test_nothing_open_offers_nothing_of_the_tool(empty_session):
     state = now(empty_session)
     assert state.met == {"always", "shipped"}
     assert state.checked.isdisjoint({"method_keypoints", "method_boxes"})
+
+
+def test_it_is_told_why_nothing_can_be_predicted(empty_session, tmp_path):
+    assert dict(now(empty_session).reasons)["predict_volume"] == "Load a checkpoint first"
+    empty_session.predicting.load(save_tiny(tmp_path / "tiny.onnx"))
+    reasons = dict(now(empty_session).reasons)
+    assert reasons["predict_volume"] == reasons["predict_study"] == "Open a volume first"
 
 
 def test_keypoints_have_positions_and_no_box(session):
