@@ -45,6 +45,8 @@ class Benchmark:
         By step.
     own, peers : list
         The figures of each round.
+    failed : list of str
+        The steps that ended with an error.
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
@@ -53,6 +55,7 @@ class Benchmark:
         self.results: dict[str, Any] = {}
         self.own: list[dict[str, Any]] = []
         self.peers: list[dict[str, Any]] = []
+        self.failed: list[str] = []
         self._starts: dict[str, Any] = {}
         self._temporary = tempfile.TemporaryDirectory(prefix="oct-annotator-bench-")
         self._home = Path(self._temporary.name) / "home"
@@ -109,14 +112,23 @@ class Benchmark:
         for name in PARTS:
             _say(f"{name} of the volume")
             request = Request("window", part(self._volume, folder, name), max(4, self._options.times // 4))
-            found[name] = run_step(request, self._home)
+            found[name] = self._run(request)
         for times, name in ((1, "empty"), (2, "empty, × 4")):
             found[name] = self._step("empty", count=times)
         return found
 
     def _step(self, step: str, *, times: int = 1, count: int = 0) -> dict[str, Any]:
-        _say(f"{step} {count or ''}")
-        return run_step(Request(step, self._volume, times, count), self._home)
+        return self._run(Request(step, self._volume, times, count))
+
+    def _run(self, request: Request) -> dict[str, Any]:
+        """Run a step; one that fails is told, and the others go on."""
+        _say(f"{request.step} {request.count or ''}")
+        try:
+            return run_step(request, self._home)
+        except RuntimeError as error:
+            _say(str(error))
+            self.failed.append(request.step)
+            return {}
 
 
 def medians(rounds: Sequence[Mapping[str, Any]]) -> dict[str, float]:
@@ -142,8 +154,8 @@ def machine(volume: Path, own: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Measure, and print tables."""
+def main() -> int:
+    """Measure, and print tables; 1 if a step failed."""
     options = _parser().parse_args()
     with display():
         options.volume = options.volume or full_volume(options.folder)
@@ -158,6 +170,7 @@ def main() -> None:
         options.json.write_text(json.dumps(results, indent=1) + "\n")
     if options.markdown is not None:
         options.markdown.write_text(text)
+    return int(bool(benchmark.failed))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -205,4 +218,4 @@ def _say(text: str) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -80,7 +80,9 @@ def write_study(folder: Path, volumes: int) -> Path:
                     made = edits.place_keypoint(made, name, vector(position_um), "clicked")
                 save_annotation(edits.set_status(made, "done"), file, expected="")
             for checkpoint in (shipped, other):
-                file = study_prediction_path(folder, checkpoint.description.name, volume_id)
+                file = study_prediction_path(
+                    folder, checkpoint.description.name, checkpoint.sha256, volume_id
+                )
                 found = PredictedKeypoints(
                     names,
                     true_um + random.normal(scale=ERROR_UM, size=true_um.shape),

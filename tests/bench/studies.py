@@ -3,6 +3,8 @@
 import statistics
 from pathlib import Path
 
+from PySide6.QtWidgets import QWidget
+
 from tests.bench.annotated_study import write_annotated_study
 from tests.bench.driven_window import DrivenWindow
 from tests.bench.figures import Figures, anonymous_mib
@@ -14,7 +16,8 @@ _STEPS = 8
 def measure_study(driven: DrivenWindow, folder: Path, volumes: int) -> Figures:
     """Open a study of so many tiny volumes, go through some, and find one in the worklist."""
     write_annotated_study(folder / "study", ["anna"], volumes, "keypoints", with_volumes=True)
-    session, table = driven.session, driven.window._worklist
+    session, worklist = driven.session, driven.window.findChild(QWidget, "dock_worklist")
+    assert worklist is not None
     with Watchdog(driven.frames) as opening:
         figures = {
             "open_study_ms": driven.ms_until(
@@ -42,7 +45,7 @@ def measure_study(driven: DrivenWindow, folder: Path, volumes: int) -> Figures:
             driven.settle()
     with Watchdog(driven.frames) as painting:
         for _ in range(_STEPS):
-            table.repaint()
+            worklist.repaint()
             driven.application.processEvents()
     return {
         **figures,
