@@ -83,6 +83,27 @@ def make_folder(folder: Path) -> None:
         sync_folder(made.parent)
 
 
+def check_writable(folder: Path) -> None:
+    """Look whether files can be written into a folder, or, where it is absent, into the one to make it in.
+
+    Raises
+    ------
+    SaveError
+        They cannot: an empty file was tried, and nothing is left of it.
+    """
+    nearest = next((each for each in (folder, *folder.absolute().parents) if each.exists()), folder)
+    tried = nearest / f".{uuid.uuid4().hex}.partial"
+    try:
+        tried.touch(exist_ok=False)
+    except OSError as error:
+        raise SaveError(
+            f"nothing can be written there ({error.strerror or error})",
+            where=nearest,
+            remedy="Get permission to write there, or go on with a copy in a folder where you may",
+        ) from error
+    _delete(tried)
+
+
 def _writable_mode(path: Path) -> int | None:
     """Return the permissions of a file that may be written, None if there is no file yet."""
     try:

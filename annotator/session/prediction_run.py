@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from annotations.documents.files import load_annotation
 from annotations.documents.study import annotation_files, annotation_name
+from annotations.durable_files import SaveError, check_writable
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.frames import Vector
 from annotations.volumes import VolumeError
@@ -24,6 +25,10 @@ KnownSpacing = Callable[[Found], tuple[Found, Vector, str] | None]
 
 _MOST_CRASHES = 2
 """In a row: with a third volume it would be no other."""
+
+
+class _NotWritable(SaveError):  # noqa: N818 - named for what is the case
+    """Where a prediction would be kept nothing can be written."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,8 @@ def predict_all(
 
     Raises
     ------
+    SaveError
+        Nothing can be written into the study: no volume of it was predicted.
     Cancelled
         `cancelled` returned true; what is done stays.
     """
@@ -102,6 +109,9 @@ def predict_all(
                 kept += 1
             crashes = 0
         except UserError as error:
+            if isinstance(error, _NotWritable) and task.request.worklist.study is not None and not made:
+                # The others would be kept in the same place.
+                raise
             # In the words of its own list: by the time it is read another one may be open.
             words = NeutralWords(task.request.worklist, task.request.item)
             failures.append((task.request.item.label, words.error(error)))
@@ -121,7 +131,7 @@ def _predict(
     cancelled: Callable[[], bool],
 ) -> bool:
     """Predict a volume and keep that; False where it had been done before."""
-    from annotations.prediction.prediction_file import save_prediction
+    from annotations.prediction.prediction_file import save_prediction  # late: few sessions predict
 
     found = find(task.request)
     with found.volume as volume:
@@ -142,6 +152,12 @@ def _predict(
         present, _ = read_prediction(path, checkpoint, found.fingerprint, spacing_um)
         if present is not None:
             return False
+        # Before it takes its time.
+        try:
+            check_writable(path.parent)
+        except SaveError as error:
+            problem = f"{checkpoint.description.name} predicts nothing here: {error.problem}"
+            raise _NotWritable(problem, where=error.where, remedy=error.remedy) from error
         # Over there the file is opened anew.
         prediction = process.predict(
             volume.path,
@@ -198,7 +214,7 @@ def failure_of(outcome: PredictionOutcome, checkpoint_name: str) -> UserError | 
     return UserError(
         f"{len(failures)} of {count} volumes could not be predicted by {checkpoint_name}{stopped}. "
         + ". ".join(reasons),
-        remedy="What was predicted is kept",
+        remedy="What was predicted is kept" if outcome.made + outcome.kept else "",
     )
 
 

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from annotations.prediction.report.material import ReportMaterial
 
 _NOT_COMPUTED = "Compute the errors first"
+_NAMES_VOLUMES = (
+    "The report names the volumes, which you are to know by their numbers alone: a reviewer of the study can "
+    "export it"
+)
 _UNDER_WAY = "A report on the errors is being written already"
 
 
@@ -44,7 +48,9 @@ class Reporting(ReportWriting):
         table = self._reviewing.table
         if table is None or not table.rows:
             return self._reviewing.refusal or _NOT_COMPUTED
-        return self._agreeing.export_refusal
+        # How far a network is off is nobody's work: whoever may see it may have it in files.
+        is_to_know_numbers = self._session.is_blind and bool(self._agreeing.export_refusal)
+        return self._reviewing.refusal or (_NAMES_VOLUMES if is_to_know_numbers else "")
 
     def export(self, folder: Path, forms: Collection[ReportForm]) -> None:
         """Write the report into a folder, all of it or nothing; ``exported`` follows."""

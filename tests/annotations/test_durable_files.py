@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from annotations.durable_files import SaveError, replace_durably, sync_folder
+from annotations.durable_files import SaveError, check_writable, replace_durably, sync_folder
 
 OLD = b"what stood there before\n"
 NEW = b"what comes now\n" * 100
@@ -287,3 +287,13 @@ def test_content_is_synced_before_it_takes_the_name(path: Path, monkeypatch: pyt
 def test_an_absent_folder_needs_no_sync(tmp_path: Path) -> None:
     sync_folder(tmp_path / "absent")
     assert not (tmp_path / "absent").exists()
+
+
+def test_whether_a_folder_can_be_written_is_found_out_without_a_trace(tmp_path: Path) -> None:
+    before = list(tmp_path.iterdir())
+    check_writable(tmp_path / "a" / "b")
+    assert list(tmp_path.iterdir()) == before
+
+    (tmp_path / "a").write_text("mine")
+    with pytest.raises(SaveError, match="nothing can be written there"):
+        check_writable(tmp_path / "a" / "b")
