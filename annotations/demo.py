@@ -120,7 +120,7 @@ def _predictions(study: Study, folder: Path) -> Iterator[tuple[Path, Prediction]
     checkpoint = load_checkpoint(checkpoint_path)
     predictor = Predictor(checkpoint, Runtime(checkpoint))
     for each in study.volumes:
-        path = study_prediction_path(folder, checkpoint.description.name, each.id)
+        path = study_prediction_path(folder, checkpoint.description.name, checkpoint.sha256, each.id)
         with open_volume(folder / each.path) as volume:
             prediction = predict_volume(predictor, volume, volume.spacing_um, path)
         yield path, prediction

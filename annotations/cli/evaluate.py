@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from annotations.agreement.report.labels import listed
-from annotations.cli.output import show_progress, write_json, write_text
+from annotations.cli.output import remark, show_progress, write_json, write_text
 from annotations.documents.files import document_bytes
 from annotations.documents.study import load_study
 from annotations.durable_files import replace_durably
@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     checkpoints = [load_checkpoint(find_checkpoint(path)) for path in paths]
     if len({checkpoint.sha256 for checkpoint in checkpoints}) < len(checkpoints):
         arguments.misuse("a checkpoint cannot be compared with itself: name each once")
-    evaluations, about, remark = (_on_study if arguments.synthetic is None else _on_synthetic)(
+    evaluations, about, besides = (_on_study if arguments.synthetic is None else _on_synthetic)(
         arguments, checkpoints
     )
     material = report_material(
@@ -58,9 +58,9 @@ def run(arguments: argparse.Namespace) -> int:
         [each.table for each in evaluations],
         [each.predictions for each in evaluations],
         arguments.study,
-        remarks=[remark] if remark else (),
+        remarks=[besides] if besides else (),
     )
-    _write(arguments.json, material, {"checkpoint": str(arguments.checkpoint), **about}, remark)
+    _write(arguments.json, material, {"checkpoint": str(arguments.checkpoint), **about}, besides)
     if arguments.report is not None:
         export_errors(material, arguments.study, report_paths(arguments.report), progress=show_progress)
     return 1 if any(table.unjudged or not table.rows for table in material.tables) else 0
@@ -109,6 +109,9 @@ def _on_study(
         )
         for place, checkpoint in enumerate(checkpoints)
     ]
+    for each in evaluations:
+        for error in each.unread:
+            remark(f"{error.where or arguments.study}: {error.problem}. The volume was predicted again")
     about: dict[str, Any] = {"study": str(arguments.study), "split": arguments.split}
     if held_out is not None:
         about |= {"shares": held_out.rule.shares, "split_seed": held_out.rule.seed}
@@ -244,9 +247,9 @@ def _doubt(arguments: argparse.Namespace, checkpoints: Sequence[Checkpoint]) -> 
     )
 
 
-def _write(output: Path | None, material: ReportMaterial, about: dict[str, Any], remark: str) -> None:
+def _write(output: Path | None, material: ReportMaterial, about: dict[str, Any], besides: str) -> None:
     first, *others = material.tables
-    fields = {**about, "remark": remark, "errors": first.model_dump(mode="json")}
+    fields = {**about, "remark": besides, "errors": first.model_dump(mode="json")}
     if others:
         fields["against"] = [table.model_dump(mode="json") for table in others]
     if output == Path("-"):

@@ -8,10 +8,12 @@ from typing import Any
 
 from annotations.cli.output import complain, show_progress, write_json, write_text
 from annotations.documents.study import StudyVolume, load_study
+from annotations.durable_files import check_writable
 from annotations.errors import UserError
 from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
 from annotations.prediction.prediction import Prediction
 from annotations.prediction.prediction_file import (
+    PREDICTIONS,
     loose_prediction_path,
     save_prediction,
     study_prediction_path,
@@ -47,6 +49,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Predict each volume; return the exit code."""
     _check_use(arguments)
     wanted = list(_wanted(arguments))
+    # Before anything is predicted.
+    check_writable(arguments.output if arguments.study is None else arguments.study / PREDICTIONS)
     checkpoint = load_checkpoint(find_checkpoint(arguments.checkpoint))
     predictor = Predictor(checkpoint, Runtime(checkpoint))
     code = 0
@@ -117,7 +121,9 @@ def _prediction_path(
     volume: Volume, volume_id: str, checkpoint: Checkpoint, arguments: argparse.Namespace
 ) -> Path:
     if volume_id:
-        return study_prediction_path(arguments.study, checkpoint.description.name, volume_id)
+        return study_prediction_path(
+            arguments.study, checkpoint.description.name, checkpoint.sha256, volume_id
+        )
     return loose_prediction_path(arguments.output, volume)
 
 

@@ -1,8 +1,7 @@
 """A checkpoint judged by volumes of which the truth is known: a study's, or synthetic ones made meanwhile."""
 
-import contextlib
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -16,7 +15,7 @@ from annotations.errors import Cancelled, UserError
 from annotations.geometry.kinematics import keypoints_um
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
-from annotations.interchange.speaking_documents import SpeakingDocument, speaking_documents
+from annotations.interchange.speaking_documents import LeftOut, SpeakingDocument, speaking_documents
 from annotations.interchange.split import SplitRule, split_of
 from annotations.prediction.error_table import ErrorTable, JudgedPrediction, UnjudgedVolume, error_table
 from annotations.prediction.predicted_pose import fit_prediction
@@ -105,11 +104,14 @@ class Evaluation:
         Of each volume that it could predict, by its id.
     tool : ToolSpecification
         That of the study, or of the checkpoint where there is none.
+    unread : tuple of DocumentError
+        Why predictions that the study keeps were made again: their files cannot be read.
     """
 
     table: ErrorTable
     predictions: Mapping[str, Prediction]
     tool: ToolSpecification
+    unread: tuple[DocumentError, ...] = ()
 
 
 def evaluate_study(
@@ -149,13 +151,16 @@ def evaluate_study(
     study = load_study(folder)
     folders = (folder / "tools", tool_folder())
     tool = find_tool(study.tool, folders)
-    documents, _ = speaking_documents(study, folder, tool, folders, truth.choice(study))
+    documents, left_out = speaking_documents(study, folder, tool, folders, truth.choice(study))
+    unusable = {one.volume_id: one for one in left_out if one.kind == "unusable"}
     trained_on = 0
     if held_out is not None:
         in_part = _part(documents, held_out)
         documents = _unseen(in_part, held_out)
         trained_on = len(in_part) - len(documents)
     if not documents:
+        if unusable:
+            raise _nothing_usable(list(unusable.values()), folder)
         part = "" if held_out is None else f" in its part for {held_out.split}"
         others = f" and is none of the {trained_on} that it was trained on" if trained_on else ""
         raise UserError(
@@ -164,19 +169,27 @@ def evaluate_study(
             remedy="Finish annotations, make the consensus, or name an annotator (--annotator)",
         )
     predictions: dict[str, Prediction] = {}
-    unjudged: list[UnjudgedVolume] = []
+    unread: list[DocumentError] = []
+    spoken_for = {document.volume.id for document in documents}
+    unjudged = [
+        UnjudgedVolume(volume=one.volume_id, reason=one.reason.rstrip("."))
+        for one in unusable.values()
+        if one.volume_id not in spoken_for
+    ]
     for number, document in enumerate(documents):
         if cancelled():
             raise Cancelled
         progress(number / len(documents))
         try:
-            predictions[document.volume.id] = _predict(predictor, folder, document, takes_kept)
+            predictions[document.volume.id] = _predict(
+                predictor, folder, document, unread.append if takes_kept else None
+            )
         except UserError as error:
             unjudged.append(UnjudgedVolume(volume=document.volume.id, reason=str(error).rstrip(".")))
     description = predictor.checkpoint.description
     table = study_errors(folder, predictions, truth, description, unjudged=unjudged, cancelled=cancelled)
     progress(1.0)
-    return Evaluation(changed(table, trained_on=trained_on), predictions, tool)
+    return Evaluation(changed(table, trained_on=trained_on), predictions, tool, tuple(unread))
 
 
 def evaluate_synthetic(
@@ -242,20 +255,35 @@ def _unseen(documents: tuple[SpeakingDocument, ...], held_out: HeldOut) -> tuple
     return tuple(one for one in documents if one.annotation.volume.fingerprint not in held_out.trained_on)
 
 
-def _predict(predictor: Predictor, folder: Path, document: SpeakingDocument, takes_kept: bool) -> Prediction:
+def _nothing_usable(unusable: Sequence[LeftOut], folder: Path) -> UserError:
+    more = f". {len(unusable) - 1} more volumes have none either" if len(unusable) > 1 else ""
+    return UserError(
+        f"no volume has an annotation that can be used: {unusable[0].reason.rstrip('.')}{more}",
+        where=folder,
+        remedy="annotations check STUDY names each file",
+    )
+
+
+def _predict(
+    predictor: Predictor,
+    folder: Path,
+    document: SpeakingDocument,
+    on_unread: Callable[[DocumentError], None] | None,
+) -> Prediction:
+    """Return what is kept, if that may be taken: if `on_unread` is there to be told what cannot be read."""
     wanted, checkpoint = document.volume, predictor.checkpoint
-    path = study_prediction_path(folder, checkpoint.description.name, wanted.id)
+    path = study_prediction_path(folder, checkpoint.description.name, checkpoint.sha256, wanted.id)
     # As in the application, the annotation's own spacing comes first: its positions were made with it.
     spacing_um = document.annotation.volume.spacing_um
     with open_volume(folder / wanted.path, dataset=wanted.dataset) as volume:
-        if takes_kept and path.exists():
-            # One that cannot be read is as good as none here: what is told of it is told when it is listed.
-            with contextlib.suppress(DocumentError):
+        if on_unread is not None and path.exists():
+            try:
                 kept = load_prediction(path)
-                if (
-                    kept.is_of(checkpoint.sha256, fingerprint(volume))
-                    and kept.volume.spacing_um == spacing_um
-                ):
+            except DocumentError as error:
+                on_unread(error)
+            else:
+                is_kept_of_it = kept.is_of(checkpoint.sha256, fingerprint(volume))
+                if is_kept_of_it and kept.volume.spacing_um == spacing_um:
                     return kept
         return predict_volume(predictor, volume, spacing_um, path)
 

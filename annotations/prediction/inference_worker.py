@@ -18,7 +18,6 @@ from typing import IO, Any, NoReturn
 
 import numpy as np
 
-from annotations.documents.study import folder_name
 from annotations.documents.volume_link import reference_to
 from annotations.errors import UserError
 from annotations.fitting.pose_fit import prepare_fitting
@@ -35,7 +34,7 @@ from annotations.prediction.inference_messages import (
 from annotations.prediction.live.frame import FrameTimes, projections_of
 from annotations.prediction.predicted_pose import PredictedPose, fit_prediction
 from annotations.prediction.prediction import fitted_pose, keypoints_of, prediction_of
-from annotations.prediction.prediction_file import PREDICTIONS, loose_prediction_path, save_prediction
+from annotations.prediction.prediction_file import checkpoint_folder, loose_prediction_path, save_prediction
 from annotations.prediction.predictor import PredictedKeypoints, Predictor
 from annotations.prediction.runtime import Runtime
 from annotations.prediction.volume_prediction import predict_volume, reference_to_checkpoint
@@ -156,7 +155,7 @@ class InferenceWorker:
         looked, description = self._looked, self.checkpoint.description
         if looked is None:
             raise UserError("there is nothing to keep: no volume was looked at")
-        folder = Path(request["folder"]) / PREDICTIONS / folder_name(description.name)
+        folder = checkpoint_folder(Path(request["folder"]), description.name, self.checkpoint.sha256)
         path = loose_prediction_path(folder, looked.volume)
         prediction = prediction_of(
             looked.predicted,

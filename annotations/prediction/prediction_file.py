@@ -1,5 +1,6 @@
 """Prediction files: where they lie, how they are read, and written so that no other file is lost."""
 
+import contextlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +17,9 @@ PREDICTION_FILE = DocumentFile(
 )
 PREDICTIONS = "predictions"
 """Name of the folder in which predictions are kept, one folder a checkpoint in it."""
+
+_FIRST_LETTERS = 8
+_UNREADABLE = (OSError, ValueError, TypeError, KeyError, AttributeError)
 
 
 def load_prediction(path: Path) -> Prediction:
@@ -60,12 +64,23 @@ def save_prediction(prediction: Prediction, path: Path) -> None:
     replace_durably(path, prediction_bytes(prediction))
 
 
-def study_prediction_path(folder: Path, checkpoint_name: str, volume_id: str) -> Path:
-    """Return where a study keeps what a checkpoint says of a volume: ``predictions/<name>/<volume id>.json``.
+def checkpoint_folder(folder: Path, checkpoint_name: str, checkpoint_sha256: str) -> Path:
+    """Return where a study, or a folder of volumes, keeps what a checkpoint says: ``predictions/<name>``.
 
-    A name that cannot be that of a folder is changed to one that can (`folder_name`).
+    Where that holds what another file of the same name says, as after a new training, it is
+    ``predictions/<name>-<first letters of the SHA-256>``: neither overwrites the other. A checkpoint that has
+    got such a folder stays with it. Names that no folder can have are changed to some that one can
+    (`folder_name`).
     """
-    return folder / PREDICTIONS / folder_name(checkpoint_name) / f"{volume_id}.json"
+    usual = folder / PREDICTIONS / folder_name(checkpoint_name)
+    apart = folder / PREDICTIONS / folder_name(f"{checkpoint_name}-{checkpoint_sha256[:_FIRST_LETTERS]}")
+    is_taken = apart.is_dir() or _holder_sha256(usual) not in (None, checkpoint_sha256)
+    return apart if is_taken else usual
+
+
+def study_prediction_path(folder: Path, checkpoint_name: str, checkpoint_sha256: str, volume_id: str) -> Path:
+    """Return where a study keeps what a checkpoint says of a volume, in its `checkpoint_folder`."""
+    return checkpoint_folder(folder, checkpoint_name, checkpoint_sha256) / f"{volume_id}.json"
 
 
 def checkpoint_folders(folder: Path) -> tuple[Path, ...]:
@@ -92,15 +107,21 @@ def predicted_volumes(
         The resolved path of each volume's file, and its dataset.
     """
     found = []
-    for path in sorted((folder / PREDICTIONS / folder_name(checkpoint_name)).glob("*.json")):
-        try:
+    for path in sorted(checkpoint_folder(folder, checkpoint_name, checkpoint_sha256).glob("*.json")):
+        with contextlib.suppress(*_UNREADABLE):
             fields = json.loads(path.read_bytes())
             if fields["checkpoint"]["sha256"] == checkpoint_sha256:
                 volume = fields["volume"]
                 found.append(((path.parent / volume["path"]).resolve(), volume.get("dataset")))
-        except (OSError, ValueError, TypeError, KeyError, AttributeError):
-            continue
     return tuple(found)
+
+
+def _holder_sha256(folder: Path) -> str | None:
+    """Return whose predictions a folder holds: of the first that can be read; None where none can."""
+    for path in sorted(folder.glob("*.json")):
+        with contextlib.suppress(*_UNREADABLE):
+            return str(json.loads(path.read_bytes())["checkpoint"]["sha256"])
+    return None
 
 
 def loose_prediction_path(folder: Path, volume: Volume) -> Path:

@@ -23,7 +23,7 @@ from annotations.prediction.error_table import (
     error_table,
 )
 from annotations.prediction.prediction import Prediction
-from annotations.prediction.prediction_file import load_prediction, study_prediction_path
+from annotations.prediction.prediction_file import checkpoint_folder, load_prediction
 from annotations.prediction.study_floor import FloorOfVolumes, floor_of_volumes
 
 _SAME_SPACING = 1e-6
@@ -54,7 +54,7 @@ class Truth:
 
 
 def kept_predictions(
-    folder: Path, checkpoint_name: str, checkpoint_sha256: str | None = None
+    folder: Path, checkpoint_name: str, checkpoint_sha256: str
 ) -> tuple[Mapping[str, Prediction], tuple[UnjudgedVolume, ...]]:
     """Read what a study keeps of one checkpoint's predictions.
 
@@ -63,9 +63,8 @@ def kept_predictions(
     folder : Path
         The study's.
     checkpoint_name : str
-    checkpoint_sha256 : str, optional
-        Of the checkpoint's file; by default that of the latest prediction. Those of an earlier checkpoint of
-        the same name are passed over.
+    checkpoint_sha256 : str
+        Of the checkpoint's file: another one of the same name has its predictions elsewhere.
 
     Returns
     -------
@@ -81,16 +80,15 @@ def kept_predictions(
     """
     found: dict[str, Prediction] = {}
     unread: list[UnjudgedVolume] = []
+    kept_in = checkpoint_folder(folder, checkpoint_name, checkpoint_sha256)
     for volume in load_study(folder).volumes:
-        path = study_prediction_path(folder, checkpoint_name, volume.id)
+        path = kept_in / f"{volume.id}.json"
         if not path.exists():
             continue
         try:
             found[volume.id] = load_prediction(path)
         except DocumentError as error:
             unread.append(UnjudgedVolume(volume=volume.id, reason=f"its prediction cannot be read: {error}"))
-    if checkpoint_sha256 is None and found:
-        checkpoint_sha256 = max(found.values(), key=lambda each: each.created).checkpoint.sha256
     others = [name for name, each in found.items() if each.checkpoint.sha256 != checkpoint_sha256]
     unread += [
         UnjudgedVolume(

@@ -9,6 +9,7 @@ from annotations.documents.record import changed
 from annotations.documents.study import folder_name
 from annotations.documents.write_guard import writing_beside
 from annotations.durable_files import SaveError, replace_durably
+from annotations.prediction.prediction_file import checkpoint_folder
 from annotations.prediction.verdicts import SCHEMA, VerdictList, VolumeVerdict
 
 VERDICT_FILE = DocumentFile(
@@ -18,15 +19,18 @@ VERDICTS = "verdicts"
 """Name of the folder in which a study keeps verdicts, one folder a checkpoint in it."""
 
 
-def verdict_path(folder: Path, checkpoint_name: str, reviewer: str) -> Path:
+def verdict_path(folder: Path, checkpoint_name: str, checkpoint_sha256: str, reviewer: str) -> Path:
     """Return where a study keeps what a reviewer says: ``verdicts/<checkpoint>/<reviewer>.json``.
 
-    Names that no folder can have are changed to some that one can (`folder_name`).
+    The checkpoint's folder is called as the one of its predictions (`checkpoint_folder`), and a reviewer's
+    name that no file can have is changed to one that can (`folder_name`).
     """
-    return folder / VERDICTS / folder_name(checkpoint_name) / f"{folder_name(reviewer)}.json"
+    return _verdicts_of(folder, checkpoint_name, checkpoint_sha256) / f"{folder_name(reviewer)}.json"
 
 
-def load_verdicts(folder: Path, checkpoint_name: str, reviewer: str) -> VerdictList | None:
+def load_verdicts(
+    folder: Path, checkpoint_name: str, checkpoint_sha256: str, reviewer: str
+) -> VerdictList | None:
     """Read what a reviewer says of a checkpoint in a study; None where that is nothing.
 
     Raises
@@ -34,7 +38,7 @@ def load_verdicts(folder: Path, checkpoint_name: str, reviewer: str) -> VerdictL
     DocumentError
         The file cannot be read, is damaged, of a newer schema, or somebody else's. It is untouched.
     """
-    path = verdict_path(folder, checkpoint_name, reviewer)
+    path = verdict_path(folder, checkpoint_name, checkpoint_sha256, reviewer)
     if not (path.exists() or path.is_symlink()):
         return None
     found = _read(path)
@@ -50,7 +54,7 @@ def load_verdicts(folder: Path, checkpoint_name: str, reviewer: str) -> VerdictL
 
 
 def study_verdicts(
-    folder: Path, checkpoint_name: str
+    folder: Path, checkpoint_name: str, checkpoint_sha256: str
 ) -> tuple[tuple[VerdictList, ...], tuple[DocumentError, ...]]:
     """Read what all reviewers say of a checkpoint in a study.
 
@@ -64,7 +68,7 @@ def study_verdicts(
     """
     found: list[VerdictList] = []
     problems: list[DocumentError] = []
-    for path in sorted((folder / VERDICTS / folder_name(checkpoint_name)).glob("*.json")):
+    for path in sorted(_verdicts_of(folder, checkpoint_name, checkpoint_sha256).glob("*.json")):
         try:
             found.append(_read(path))
         except DocumentError as error:
@@ -73,7 +77,9 @@ def study_verdicts(
     return tuple(said), tuple(problems)
 
 
-def record_verdict(folder: Path, checkpoint_name: str, reviewer: str, verdict: VolumeVerdict) -> VerdictList:
+def record_verdict(
+    folder: Path, checkpoint_name: str, checkpoint_sha256: str, reviewer: str, verdict: VolumeVerdict
+) -> VerdictList:
     """Keep a verdict, in place of an earlier one of the reviewer on the volume, and return all of them.
 
     Raises
@@ -87,10 +93,12 @@ def record_verdict(folder: Path, checkpoint_name: str, reviewer: str, verdict: V
             return (*verdicts, verdict)
         return tuple(verdict if each.volume == verdict.volume else each for each in verdicts)
 
-    return _rewritten(folder, checkpoint_name, reviewer, recorded)
+    return _rewritten(folder, checkpoint_name, checkpoint_sha256, reviewer, recorded)
 
 
-def withdraw_verdict(folder: Path, checkpoint_name: str, reviewer: str, volume: str) -> VerdictList:
+def withdraw_verdict(
+    folder: Path, checkpoint_name: str, checkpoint_sha256: str, reviewer: str, volume: str
+) -> VerdictList:
     """Take the reviewer's verdict on a volume back, if there is one, and return those that are left.
 
     Raises
@@ -102,7 +110,7 @@ def withdraw_verdict(folder: Path, checkpoint_name: str, reviewer: str, volume: 
     def withdrawn(verdicts: tuple[VolumeVerdict, ...]) -> tuple[VolumeVerdict, ...]:
         return tuple(each for each in verdicts if each.volume != volume)
 
-    return _rewritten(folder, checkpoint_name, reviewer, withdrawn)
+    return _rewritten(folder, checkpoint_name, checkpoint_sha256, reviewer, withdrawn)
 
 
 def verdict_bytes(verdicts: VerdictList) -> bytes:
@@ -115,6 +123,10 @@ def verdict_bytes(verdicts: VerdictList) -> bytes:
     return document_bytes(fields)
 
 
+def _verdicts_of(folder: Path, checkpoint_name: str, checkpoint_sha256: str) -> Path:
+    return folder / VERDICTS / checkpoint_folder(folder, checkpoint_name, checkpoint_sha256).name
+
+
 def _read(path: Path) -> VerdictList:
     return VERDICT_FILE.parse(VERDICT_FILE.read(path), path)
 
@@ -122,14 +134,15 @@ def _read(path: Path) -> VerdictList:
 def _rewritten(
     folder: Path,
     checkpoint_name: str,
+    checkpoint_sha256: str,
     reviewer: str,
     edit: Callable[[tuple[VolumeVerdict, ...]], tuple[VolumeVerdict, ...]],
 ) -> VerdictList:
-    path = verdict_path(folder, checkpoint_name, reviewer)
+    path = verdict_path(folder, checkpoint_name, checkpoint_sha256, reviewer)
     # A person may have two windows: neither loses what the other has just written.
     with writing_beside(path):
         try:
-            present = load_verdicts(folder, checkpoint_name, reviewer)
+            present = load_verdicts(folder, checkpoint_name, checkpoint_sha256, reviewer)
         except DocumentError as error:
             raise SaveError(
                 f"the verdicts of {reviewer} in this file cannot be read, and are not written over "
@@ -140,5 +153,9 @@ def _rewritten(
         before = present or VerdictList(checkpoint=checkpoint_name, reviewer=reviewer)
         after = changed(before, verdicts=edit(before.verdicts), program=__version__)
         if after.verdicts != before.verdicts:
-            replace_durably(path, verdict_bytes(after))
+            try:
+                replace_durably(path, verdict_bytes(after))
+            except SaveError as error:
+                remedy = "This is not recorded: free space, or get permission to write there, and judge again"
+                raise SaveError(error.problem, where=error.where, remedy=remedy) from error
     return after

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 _NO_CHECKPOINT = "Load a checkpoint, a trained network, to see what it makes of these volumes."
 _NO_PREDICTIONS = "This checkpoint has predicted nothing here yet: let it predict the study."
-_NO_TRUTH = "Nothing speaks for the volumes that were predicted. They are"
+_NONE_JUDGED = "Of what was predicted no errors can be told."
 _NOT_COMPUTED = "The errors have not been computed yet."
 _COMPUTING = "Computing the errors…"
 _CHANGED = "Predictions or annotations have changed since."
@@ -223,10 +223,15 @@ class PredictionsPanel(QWidget):
 
     def _draw_choices(self) -> None:
         predicting, study = self._session.predicting, self._session.worklist.study
+        # Late: it is there once there is a checkpoint.
+        from annotations.prediction.report.checkpoint_names import told_apart
+
         current = predicting.current
+        shas = [each.sha256 for each in predicting.checkpoints]
+        names = told_apart([(each.description.name, each.sha256) for each in predicting.checkpoints])
         _offer(
             self._checkpoint,
-            [(each.description.name, each.sha256) for each in predicting.checkpoints],
+            list(zip(names, shas, strict=True)),
             current.sha256 if current is not None else None,
         )
         people = (CONSENSUS, *study.annotators) if study is not None else ()
@@ -261,13 +266,13 @@ class PredictionsPanel(QWidget):
             return _COMPUTING
         if table is None or review is None:
             return _PREDICTING if predicting.is_predicting else _NOT_COMPUTED
-        unfitness = predicting.unfitness(current)
+        if not table.rows and predicting.is_predicting:
+            return _PREDICTING
+        unfitness, left_out = predicting.unfitness(current), _left_out(table)
         if not table.rows and not table.unjudged:
-            advice = f"{_sentence(unfitness)}." if unfitness else _NO_PREDICTIONS
-            return _PREDICTING if predicting.is_predicting else advice
-        left_out = _left_out(table)
+            return f"{_sentence(unfitness)}." if unfitness else _NO_PREDICTIONS
         if not table.rows:
-            return f"{_NO_TRUTH}: {left_out}"
+            return f"{_NONE_JUDGED} {left_out}"
         doing = _COMPUTING if reviewing.is_computing else _CHANGED if reviewing.is_stale else ""
         told = (f"Computed at {review.at:%H:%M}.", doing, left_out, unfitness and f"{_sentence(unfitness)}.")
         # Of verdicts that cannot be read: whose, which file, and what to do.

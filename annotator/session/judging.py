@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -130,12 +131,10 @@ class Judging(QObject):
             self._session.post_message(_NO_ROW)
             return
         if before.own is not None and before.own.verdict == verdict and not before.is_outdated:
-            self._write(
-                checkpoint, lambda folder, name, person: withdraw_verdict(folder, name, person, row.volume)
-            )
+            self._write(checkpoint, partial(withdraw_verdict, volume=row.volume))
             return
         said = verdict_on(row, checkpoint, verdict, "" if before.own is None else before.own.note)
-        self._write(checkpoint, lambda folder, name, person: record_verdict(folder, name, person, said))
+        self._write(checkpoint, partial(record_verdict, verdict=said))
 
     def write_note(self, volume: str, note: str) -> None:
         """Write a note to the person's verdict on a volume."""
@@ -144,15 +143,15 @@ class Judging(QObject):
         own, checkpoint = self.judgement(volume).own, self._checkpoint()
         if own is not None and checkpoint is not None and own.note != note:
             said = changed(own, note=note)
-            self._write(checkpoint, lambda folder, name, person: record_verdict(folder, name, person, said))
+            self._write(checkpoint, partial(record_verdict, verdict=said))
 
     def _write(
-        self, checkpoint: "CheckpointReference", write: "Callable[[Path, str, str], VerdictList]"
+        self, checkpoint: "CheckpointReference", write: "Callable[[Path, str, str, str], VerdictList]"
     ) -> None:
         """Write the person's file at once, as a small one: who goes on has nothing to lose."""
         person = self._session.person
         try:
-            written = write(self._session.worklist.folder, checkpoint.name, person)
+            written = write(self._session.worklist.folder, checkpoint.name, checkpoint.sha256, person)
         except UserError as error:
             self._session.report(error)
             self.changed.emit()
@@ -190,7 +189,7 @@ class Judging(QObject):
             others = (each for each in judged.verdicts if each.reviewer != person)
             # Anew: a verdict may have been given while the errors were computed.
             try:
-                own = load_verdicts(review.folder, checkpoint.description.name, person)
+                own = load_verdicts(review.folder, checkpoint.description.name, checkpoint.sha256, person)
             except DocumentError:
                 # It is among the review's remarks, and what is there is not written over.
                 own = None

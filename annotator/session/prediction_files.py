@@ -9,7 +9,6 @@ import numpy as np
 from annotations.documents.files import DocumentError
 from annotations.documents.record import changed
 from annotations.documents.standing import standing
-from annotations.documents.study import folder_name
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.volumes import Volume
@@ -76,15 +75,15 @@ class KeptPrediction:
 def prediction_path(worklist: Worklist, item: WorkItem, volume: Volume, checkpoint: "Checkpoint") -> Path:
     """Return where a checkpoint's prediction of a volume is kept: in its study, else beside the volume."""
     from annotations.prediction.prediction_file import (
-        PREDICTIONS,
+        checkpoint_folder,
         loose_prediction_path,
         study_prediction_path,
     )
 
-    name = checkpoint.description.name
+    name, sha256 = checkpoint.description.name, checkpoint.sha256
     if worklist.study is not None and item.volume_id is not None:
-        return study_prediction_path(worklist.folder, name, item.volume_id)
-    return loose_prediction_path(item.volume_path.parent / PREDICTIONS / folder_name(name), volume)
+        return study_prediction_path(worklist.folder, name, sha256, item.volume_id)
+    return loose_prediction_path(checkpoint_folder(item.volume_path.parent, name, sha256), volume)
 
 
 def read_prediction(

@@ -146,9 +146,9 @@ def changed_review(review: Review, volume: str, annotation: Annotation, path: Pa
 
 def review_marks(folder: Path, checkpoints: "Sequence[Checkpoint]") -> FileMarks:
     """Return the marks of what a review reads: annotations, and predictions of these checkpoints."""
-    from annotations.prediction.prediction_file import study_prediction_path  # late: as above
+    from annotations.prediction.prediction_file import checkpoint_folder  # late: as above
 
-    folders = {study_prediction_path(folder, each.description.name, "-").parent for each in checkpoints}
+    folders = {checkpoint_folder(folder, each.description.name, each.sha256) for each in checkpoints}
     predictions = (path for of_checkpoint in sorted(folders) for path in of_checkpoint.glob("*.json"))
     return file_marks((*annotation_files(folder), *predictions))
 

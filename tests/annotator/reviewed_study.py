@@ -55,7 +55,7 @@ def predict(folder: Path, by: Checkpoint, volume_id: str, share: float = 1.0, *,
         off_um = np.multiply(OFF_UM[volume_id], times)
         positions_um[name] = vector(np.add(position_um(PEOPLE, "anna", volume_id, name), off_um))
     positions_um.pop(without, None)
-    path = study_prediction_path(folder, by.description.name, volume_id)
+    path = study_prediction_path(folder, by.description.name, by.sha256, volume_id)
     found = predicted(positions_um)
     with open_volume(folder / f"volumes/{volume_id}.npy") as volume:
         reference = reference_to(volume, ROOMY_UM, path, fingerprint(volume))

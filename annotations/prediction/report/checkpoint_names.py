@@ -16,7 +16,13 @@ def checkpoint_names(tables: Sequence[ErrorTable]) -> tuple[str, ...]:
     Two checkpoints of the same name are told apart by the first letters of their SHA-256, and those that have
     none, since nothing was judged, by their number.
     """
-    named = [(_NAMELESS, "") if table.checkpoint is None else _of(table.checkpoint) for table in tables]
+    return told_apart(
+        [(_NAMELESS, "") if table.checkpoint is None else _of(table.checkpoint) for table in tables]
+    )
+
+
+def told_apart(named: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """Return what checkpoints are called, from the name of each and its SHA-256: see `checkpoint_names`."""
     counts = Counter(name for name, _ in named)
     return tuple(
         name if counts[name] == 1 else f"{name} ({sha256[:_FIRST_LETTERS] or number})"

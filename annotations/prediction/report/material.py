@@ -124,7 +124,7 @@ def report_material(
     for table, predicted in zip(tables, predictions, strict=True):
         said: tuple[VerdictList, ...] = ()
         if folder is not None and table.checkpoint is not None:
-            said, problems = study_verdicts(folder, table.checkpoint.name)
+            said, problems = study_verdicts(folder, table.checkpoint.name, table.checkpoint.sha256)
             said_besides += [f"Verdicts are not shown: {str(error).rstrip('.')}" for error in problems]
         checkpoints.append(JudgedCheckpoint(table, rank(table), predicted, said))
     judged = [table for table in tables if table.rows]

@@ -141,6 +141,63 @@ def test_kept_predictions_are_taken_unless_they_are_to_be_made_anew(
     assert position_mm("--anew") < 0.02
 
 
+def test_two_checkpoints_of_one_name_keep_their_predictions_apart(
+    checkpoint: Path, study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    later = saved(tmp_path / "later.onnx", annotation_path(study, "truth", "v002", "keypoints"))
+    for path in (checkpoint, later):
+        assert main(["predict", str(path), "--study", str(study)]) == 0
+    folders = sorted((study / "predictions").iterdir())
+    for folder, volume in zip(folders, ("v001", "v002"), strict=True):
+        kept = folder / f"{volume}.json"
+        fields = json.loads(kept.read_text())
+        for keypoint in fields["keypoints"]:
+            keypoint["position_um"][0] += 1000.0
+        kept.write_text(json.dumps(fields))
+    capsys.readouterr()
+
+    assert main(["evaluate", str(checkpoint), str(study), "--against", str(later), "--json"]) == 0
+
+    fields = json.loads(capsys.readouterr().out)
+    tables = (fields["errors"], *fields["against"])
+    near_mm = [table["rows"][place]["targets"]["position_mm"] for place, table in enumerate(tables)]
+    assert near_mm == pytest.approx([1.0, 1.0], abs=0.05)
+
+
+def test_a_kept_prediction_that_cannot_be_read_is_told_and_made_again(
+    checkpoint: Path, study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", str(checkpoint), "--study", str(study)]) == 0
+    [kept] = study.glob("predictions/*/v001.json")
+    kept.write_text("{")
+    capsys.readouterr()
+
+    assert main(["evaluate", str(checkpoint), str(study)]) == 0
+
+    [line] = capsys.readouterr().err.splitlines()
+    assert str(kept) in line
+    assert line.endswith("The volume was predicted again")
+    assert kept.read_text() == "{"
+
+
+def test_annotations_that_cannot_be_read_are_named(
+    checkpoint: Path, study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = [annotation_path(study, "truth", name, "keypoints") for name in ("v001", "v002")]
+    paths[0].write_text(paths[0].read_text().replace('"source": "synthesized"', '"source": "guessed"'))
+
+    assert main(["evaluate", str(checkpoint), str(study), "--json"]) == 1
+    [left_out] = json.loads(capsys.readouterr().out)["errors"]["unjudged"]
+    assert (left_out["volume"], str(paths[0]) in left_out["reason"]) == ("v001", True)
+
+    paths[1].write_text("{")
+    for options in ([], ["--annotator", "truth"]):
+        assert main(["evaluate", str(checkpoint), str(study), *options]) == 1
+        said = capsys.readouterr().err
+        assert f"{paths[0]}, line " in said
+        assert "keypoints.0.source" in said
+
+
 def test_volumes_of_the_training_can_be_left_out(
     tmp_path: Path, study: Path, truth_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

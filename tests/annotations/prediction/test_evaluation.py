@@ -87,13 +87,13 @@ def test_what_the_study_keeps_of_the_checkpoint_is_taken_while_it_holds(
     folder = tmp_path / "study"
     write_study(folder, FORCEPS, count=2, seed=3, shape=SHAPE)
     fresh = evaluate_study(predictor, folder, Truth())
-    name = predictor.checkpoint.description.name
+    name, sha256 = predictor.checkpoint.description.name, predictor.checkpoint.sha256
     for volume, prediction in fresh.predictions.items():
-        save_prediction(prediction, study_prediction_path(folder, name, volume))
+        save_prediction(prediction, study_prediction_path(folder, name, sha256, volume))
     of_another = changed(
         fresh.predictions["v002"], checkpoint=changed(fresh.predictions["v002"].checkpoint, sha256="0" * 64)
     )
-    save_prediction(of_another, study_prediction_path(folder, name, "v002"))
+    save_prediction(of_another, study_prediction_path(folder, name, sha256, "v002"))
     spacing_um = fresh.predictions["v002"].volume.spacing_um
     heatmaps = heatmaps_of(predictor.checkpoint.description, truth_um(folder, "v002"), spacing_um)
     changed_since = Predictor(predictor.checkpoint, KnowingNetwork(heatmaps))

@@ -14,16 +14,24 @@ from annotations.durable_files import SaveError
 from annotations.prediction.prediction import Prediction
 from annotations.prediction.prediction_file import (
     PREDICTION_FILE,
+    checkpoint_folder,
     checkpoint_folders,
     load_prediction,
     loose_prediction_path,
+    predicted_volumes,
     prediction_bytes,
     save_prediction,
     study_prediction_path,
     study_prediction_paths,
 )
 from annotations.volumes import fingerprint, open_volume
-from tests.annotations.prediction.made_predictions import TRUE_UM, made_prediction, predictions
+from tests.annotations.prediction.made_predictions import (
+    CHECKPOINT,
+    SHA256,
+    TRUE_UM,
+    made_prediction,
+    predictions,
+)
 
 
 @given(predictions())
@@ -176,8 +184,8 @@ def test_an_absent_file_is_an_error(tmp_path: Path) -> None:
 
 
 def test_predictions_of_a_study_lie_by_checkpoint(tmp_path: Path) -> None:
-    first = study_prediction_path(tmp_path, "Lean 2", "v001")
-    other = study_prediction_path(tmp_path, "a/b: of V2V?", "v001")
+    first = study_prediction_path(tmp_path, "Lean 2", SHA256, "v001")
+    other = study_prediction_path(tmp_path, "a/b: of V2V?", SHA256, "v001")
     for path in (first, other):
         save_prediction(made_prediction(), path)
     (tmp_path / "predictions" / "notes.txt").write_text("mine")
@@ -187,6 +195,44 @@ def test_predictions_of_a_study_lie_by_checkpoint(tmp_path: Path) -> None:
     assert set(checkpoint_folders(tmp_path)) == {first.parent, other.parent}
     assert set(study_prediction_paths(tmp_path, "v001")) == {first, other}
     assert study_prediction_paths(tmp_path, "v002") == ()
+
+
+def test_checkpoints_of_one_name_keep_their_predictions_apart(tmp_path: Path) -> None:
+    later, third = (changed(CHECKPOINT, sha256=digit * 64) for digit in "bc")
+    paths = []
+    for each in (CHECKPOINT, later, third):
+        for volume_id in ("v001", "v002"):
+            paths.append(study_prediction_path(tmp_path, "Lean", each.sha256, volume_id))
+            save_prediction(made_prediction(checkpoint=each), paths[-1])
+
+    folders = [tmp_path / "predictions" / name for name in ("Lean", "Lean-bbbbbbbb", "Lean-cccccccc")]
+    assert [path.parent for path in paths[::2]] == folders
+    for each, folder in zip((CHECKPOINT, later, third), folders, strict=True):
+        assert checkpoint_folder(tmp_path, "Lean", each.sha256) == folder
+        assert len(predicted_volumes(tmp_path, "Lean", each.sha256)) == 2
+
+
+def test_a_checkpoint_stays_with_its_folder(tmp_path: Path) -> None:
+    usual, later = tmp_path / "predictions" / "Lean", "b" * 64
+    save_prediction(made_prediction(), usual / "v001.json")
+    apart = checkpoint_folder(tmp_path, "Lean", later)
+    save_prediction(made_prediction(checkpoint=changed(CHECKPOINT, sha256=later)), apart / "v001.json")
+
+    (usual / "v001.json").unlink()
+
+    assert checkpoint_folder(tmp_path, "Lean", later) == apart
+    assert checkpoint_folder(tmp_path, "Lean", "c" * 64) == usual
+
+
+def test_a_file_that_cannot_be_read_does_not_say_whose_folder_it_is(tmp_path: Path) -> None:
+    usual = tmp_path / "predictions" / "Lean"
+    save_prediction(made_prediction(), usual / "v002.json")
+    (usual / "v001.json").write_text("{")
+
+    assert checkpoint_folder(tmp_path, "Lean", SHA256) == usual
+    assert checkpoint_folder(tmp_path, "Lean", "b" * 64) != usual
+    (usual / "v002.json").unlink()
+    assert checkpoint_folder(tmp_path, "Lean", "b" * 64) == usual
 
 
 def test_a_study_without_predictions_has_none(tmp_path: Path) -> None:

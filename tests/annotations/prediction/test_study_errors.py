@@ -58,7 +58,7 @@ def annotate(
 def predict(folder: Path, volume_id: str, by_um: Vector = (0.0, 0.0, 0.0), sha256: str | None = None) -> None:
     checkpoint = CHECKPOINT if sha256 is None else changed(CHECKPOINT, sha256=sha256)
     prediction = made_prediction(moved_um(by_um), reference(volume_id), checkpoint)
-    save_prediction(prediction, study_prediction_path(folder, CHECKPOINT.name, volume_id))
+    save_prediction(prediction, study_prediction_path(folder, CHECKPOINT.name, CHECKPOINT.sha256, volume_id))
 
 
 @pytest.fixture
@@ -77,7 +77,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def table_of(folder: Path, truth: Truth | None = None) -> ErrorTable:
-    predictions, unread = kept_predictions(folder, CHECKPOINT.name)
+    predictions, unread = kept_predictions(folder, CHECKPOINT.name, CHECKPOINT.sha256)
     return study_errors(folder, predictions, truth, unjudged=unread)
 
 
@@ -107,7 +107,8 @@ def test_errors_are_those_of_the_files(folder: Path) -> None:
 def test_a_blunder_is_seen_by_the_fit(folder: Path) -> None:
     wrong_um = {**TRUE_UM, "k1": vector(np.add(TRUE_UM["k1"], (4000.0, 0.0, 4000.0)))}
     save_prediction(
-        made_prediction(wrong_um, reference("v1")), study_prediction_path(folder, CHECKPOINT.name, "v1")
+        made_prediction(wrong_um, reference("v1")),
+        study_prediction_path(folder, CHECKPOINT.name, CHECKPOINT.sha256, "v1"),
     )
 
     [row] = table_of(folder).rows
@@ -192,7 +193,7 @@ def test_volumes_that_cannot_be_judged_say_why(folder: Path) -> None:
 
 def test_another_spacing_is_no_truth(folder: Path) -> None:
     prediction = made_prediction(TRUE_UM, changed(reference("v1"), spacing_um=(15.9, 13.5, 9.5)))
-    save_prediction(prediction, study_prediction_path(folder, CHECKPOINT.name, "v1"))
+    save_prediction(prediction, study_prediction_path(folder, CHECKPOINT.name, CHECKPOINT.sha256, "v1"))
 
     [reason] = [each.reason for each in table_of(folder).unjudged]
 
@@ -219,7 +220,7 @@ def test_what_a_network_placed_is_no_truth_for_it(folder: Path) -> None:
 def test_predictions_of_an_earlier_checkpoint_of_the_name_are_passed_over(folder: Path) -> None:
     predict(folder, "v1")
     predict(folder, "v2", sha256="0" * 64)
-    (study_prediction_path(folder, CHECKPOINT.name, "v3")).write_text("{")
+    (study_prediction_path(folder, CHECKPOINT.name, CHECKPOINT.sha256, "v3")).write_text("{")
 
     predictions, unread = kept_predictions(folder, CHECKPOINT.name, CHECKPOINT.sha256)
 
@@ -235,7 +236,7 @@ def test_a_synthetic_study_is_judged_by_its_truth(tmp_path: Path) -> None:
     truth = annotation_path(folder, "truth", "v001", "keypoints")
     document, _ = load_annotation(truth)
     prediction = made_prediction(document.positions_um, document.volume)
-    save_prediction(prediction, study_prediction_path(folder, CHECKPOINT.name, "v001"))
+    save_prediction(prediction, study_prediction_path(folder, CHECKPOINT.name, CHECKPOINT.sha256, "v001"))
 
     table = table_of(folder)
 
@@ -287,7 +288,7 @@ def test_a_studys_check_says_nothing_about_predictions(folder: Path) -> None:
 def test_a_changed_annotation_is_held_against_without_reading_the_others(folder: Path) -> None:
     for each in IDS:
         predict(folder, each)
-    predictions, _ = kept_predictions(folder, CHECKPOINT.name)
+    predictions, _ = kept_predictions(folder, CHECKPOINT.name, CHECKPOINT.sha256)
     truths = read_truths(folder)
     before = errors_against(truths, predictions)
 
@@ -328,7 +329,7 @@ def test_who_corrected_a_prediction_is_no_part_of_the_human_floor(folder: Path) 
 
 def test_a_row_says_what_its_error_may_depend_on(folder: Path) -> None:
     predict(folder, "v1", (100.0, 0.0, 0.0))
-    predictions, _ = kept_predictions(folder, CHECKPOINT.name)
+    predictions, _ = kept_predictions(folder, CHECKPOINT.name, CHECKPOINT.sha256)
 
     [row] = study_errors(folder, predictions, checkpoint=described()).rows
 
@@ -341,7 +342,7 @@ def test_a_row_says_what_its_error_may_depend_on(folder: Path) -> None:
 
 def test_depth_runs_along_the_axis_of_the_checkpoint(folder: Path) -> None:
     predict(folder, "v1")
-    predictions, _ = kept_predictions(folder, CHECKPOINT.name)
+    predictions, _ = kept_predictions(folder, CHECKPOINT.name, CHECKPOINT.sha256)
     along_0 = described(changed_sampling(depth_axis=0))
 
     [row] = study_errors(folder, predictions, checkpoint=along_0).rows

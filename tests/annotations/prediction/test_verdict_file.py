@@ -64,7 +64,7 @@ def on(volume: str, **fields: object) -> VolumeVerdict:
 
 
 def record(folder: Path, verdict: VolumeVerdict, reviewer: str = "rita") -> VerdictList:
-    return record_verdict(folder, CHECKPOINT.name, reviewer, verdict)
+    return record_verdict(folder, CHECKPOINT.name, CHECKPOINT.sha256, reviewer, verdict)
 
 
 @given(lists)
@@ -94,7 +94,7 @@ def test_a_verdict_is_kept_changed_and_taken_back(tmp_path: Path) -> None:
     record(tmp_path, on("v2"))
     record(tmp_path, on("v1", verdict="both_wrong", note="see k4"))
 
-    said = load_verdicts(tmp_path, CHECKPOINT.name, "rita")
+    said = load_verdicts(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "rita")
 
     assert said is not None
     assert [(each.volume, each.verdict) for each in said.verdicts] == [
@@ -102,8 +102,8 @@ def test_a_verdict_is_kept_changed_and_taken_back(tmp_path: Path) -> None:
         ("v2", "model_wrong"),
     ]
     assert said.on("v1") == on("v1", verdict="both_wrong", note="see k4", moment=said.verdicts[0].moment)
-    left = withdraw_verdict(tmp_path, CHECKPOINT.name, "rita", "v1")
-    assert left == load_verdicts(tmp_path, CHECKPOINT.name, "rita")
+    left = withdraw_verdict(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "rita", "v1")
+    assert left == load_verdicts(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "rita")
     assert [each.volume for each in left.verdicts] == ["v2"]
     assert left.on("v1") is None
 
@@ -111,14 +111,19 @@ def test_a_verdict_is_kept_changed_and_taken_back(tmp_path: Path) -> None:
 def test_reviewers_and_checkpoints_have_files_of_their_own(tmp_path: Path) -> None:
     record(tmp_path, on("v1"), "rita")
     record(tmp_path, on("v1"), "Anna")
-    record_verdict(tmp_path, "a/b: of V2V?", "rita", on("v1"))
-    withdraw_verdict(tmp_path, CHECKPOINT.name, "zoe", "v1")
+    record_verdict(tmp_path, "a/b: of V2V?", CHECKPOINT.sha256, "rita", on("v1"))
+    withdraw_verdict(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "zoe", "v1")
 
-    assert [each.reviewer for each in study_verdicts(tmp_path, CHECKPOINT.name)[0]] == ["Anna", "rita"]
-    assert [each.checkpoint for each in study_verdicts(tmp_path, "a/b: of V2V?")[0]] == ["a/b: of V2V?"]
-    assert study_verdicts(tmp_path, "none") == ((), ())
-    assert load_verdicts(tmp_path, CHECKPOINT.name, "ben") is None
-    path = verdict_path(tmp_path, CHECKPOINT.name, "rita")
+    assert [each.reviewer for each in study_verdicts(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256)[0]] == [
+        "Anna",
+        "rita",
+    ]
+    assert [each.checkpoint for each in study_verdicts(tmp_path, "a/b: of V2V?", CHECKPOINT.sha256)[0]] == [
+        "a/b: of V2V?"
+    ]
+    assert study_verdicts(tmp_path, "none", CHECKPOINT.sha256) == ((), ())
+    assert load_verdicts(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "ben") is None
+    path = verdict_path(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "rita")
     assert path == tmp_path / "verdicts" / "Known" / "rita.json"
     assert path.is_file()
 
@@ -127,7 +132,7 @@ def test_two_windows_of_one_person_lose_nothing(tmp_path: Path) -> None:
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(lambda number: record(tmp_path, on(f"v{number}")), range(24)))
 
-    said = load_verdicts(tmp_path, CHECKPOINT.name, "rita")
+    said = load_verdicts(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "rita")
 
     assert said is not None
     assert {each.volume for each in said.verdicts} == {f"v{number}" for number in range(24)}
@@ -139,14 +144,14 @@ def test_two_windows_of_one_person_lose_nothing(tmp_path: Path) -> None:
     ids=["empty", "letter", "prediction", "newer"],
 )
 def test_no_other_file_is_overwritten(tmp_path: Path, content: bytes) -> None:
-    path = verdict_path(tmp_path, CHECKPOINT.name, "rita")
+    path = verdict_path(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "rita")
     path.parent.mkdir(parents=True)
     path.write_bytes(content)
     record(tmp_path, on("v1"), "anna")
 
     with pytest.raises(SaveError, match="are not written over"):
         record(tmp_path, on("v1"))
-    said, [problem] = study_verdicts(tmp_path, CHECKPOINT.name)
+    said, [problem] = study_verdicts(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256)
 
     assert [each.reviewer for each in said] == ["anna"]
     assert problem.where is not None
@@ -157,10 +162,12 @@ def test_no_other_file_is_overwritten(tmp_path: Path, content: bytes) -> None:
 
 def test_somebody_elses_file_is_not_taken_for_ones_own(tmp_path: Path) -> None:
     record(tmp_path, on("v1"), "Rita")
-    verdict_path(tmp_path, CHECKPOINT.name, "Rita").rename(verdict_path(tmp_path, CHECKPOINT.name, "rita"))
+    verdict_path(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "Rita").rename(
+        verdict_path(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "rita")
+    )
 
     with pytest.raises(DocumentError, match="'Rita' says"):
-        load_verdicts(tmp_path, CHECKPOINT.name, "rita")
+        load_verdicts(tmp_path, CHECKPOINT.name, CHECKPOINT.sha256, "rita")
     with pytest.raises(SaveError):
         record(tmp_path, on("v2"))
 
@@ -245,3 +252,13 @@ def test_a_studys_check_says_nothing_about_verdicts(tmp_path: Path) -> None:
 def test_a_checkpoint_reference_is_all_that_a_verdict_needs() -> None:
     reference = CheckpointReference(name="Lean", sha256="c" * 64)
     assert verdict_on(ROW, reference, "neither_wrong").checkpoint_sha256 == "c" * 64
+
+
+def test_a_verdict_that_cannot_be_written_is_not_said_to_be_kept(tmp_path: Path) -> None:
+    (tmp_path / "verdicts").write_text("mine")
+
+    with pytest.raises(SaveError) as caught:
+        record(tmp_path, on("v1"))
+
+    assert "not recorded" in caught.value.remedy
+    assert "lost" not in str(caught.value)

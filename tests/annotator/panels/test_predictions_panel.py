@@ -185,7 +185,7 @@ def test_each_state_says_what_to_do_next(
 
     rita.predicting.load(FIRST)
     # Two people are done, and nobody has said whose annotations are the truth.
-    qtbot.waitUntil(lambda: "Nothing speaks for" in words(panel, "predictions_state"), timeout=60_000)
+    qtbot.waitUntil(lambda: "no errors can be told" in words(panel, "predictions_state"), timeout=60_000)
 
     assert "several" in words(panel, "predictions_state") or "anna" in words(panel, "predictions_state")
     assert not tabs(panel).isVisible()
@@ -228,6 +228,19 @@ def test_a_checkpoint_that_has_predicted_nothing_asks_to_predict(
     with qtbot.waitSignal(panel.action_requested) as asked:
         qtbot.mouseClick(button(panel, "predictions_predict_study"), LEFT)
     assert asked.args == ["predict_study"]
+
+
+def test_checkpoints_of_one_name_are_told_apart_where_one_is_chosen(
+    rita: Session, panel: PredictionsPanel
+) -> None:
+    for each in (FIRST, replace(SECOND, description=FIRST.description)):
+        rita.predicting.load(each)
+
+    offered = choice(panel, "predictions_checkpoint")
+    assert [offered.itemText(place) for place in range(offered.count())] == [
+        f"first ({FIRST.sha256[:8]})",
+        "first (22222222)",
+    ]
 
 
 def test_the_errors_are_those_of_the_files(
@@ -352,7 +365,7 @@ def test_a_verdict_is_recorded_changed_and_taken_back(
     for name in ("model_wrong", "annotation_wrong"):
         qtbot.mouseClick(button(panel, f"verdict_{name}"), LEFT)
 
-        kept = load_verdicts(folder, "first", "rita")
+        kept = load_verdicts(folder, "first", FIRST.sha256, "rita")
         assert kept is not None
         (said,) = kept.verdicts
         assert (said.volume, said.verdict, said.annotator) == ("v001", name, "anna")
@@ -368,7 +381,7 @@ def test_a_verdict_is_recorded_changed_and_taken_back(
 
     qtbot.mouseClick(button(panel, "verdict_annotation_wrong"), LEFT)
 
-    kept = load_verdicts(folder, "first", "rita")
+    kept = load_verdicts(folder, "first", FIRST.sha256, "rita")
     assert kept is not None
     assert kept.verdicts == ()
     assert cells(panel, "verdict") == ["", "", ""]
@@ -376,7 +389,7 @@ def test_a_verdict_is_recorded_changed_and_taken_back(
 
 def said_on(folder: Path, volume: str) -> str:
     """Return the note that is kept with a verdict of rita's."""
-    kept = load_verdicts(folder, "first", "rita")
+    kept = load_verdicts(folder, "first", FIRST.sha256, "rita")
     said = kept.on(volume) if kept is not None else None
     return "" if said is None else said.note
 
@@ -427,7 +440,9 @@ def test_what_other_reviewers_say_is_shown(
     assert row is not None
     assert found is not None
     assert found.checkpoint is not None
-    record_verdict(folder, "first", "rob", verdict_on(row, found.checkpoint, "both_wrong", "look again"))
+    record_verdict(
+        folder, "first", FIRST.sha256, "rob", verdict_on(row, found.checkpoint, "both_wrong", "look again")
+    )
 
     compute(qtbot, rita)
 

@@ -13,7 +13,7 @@ from annotations.errors import UserError
 from annotations.geometry.angles import angle_deg
 from annotations.prediction.checkpoint import CheckpointError
 from annotations.prediction.inference_process import InferenceCrashed
-from annotations.prediction.prediction_file import load_prediction, study_prediction_path
+from annotations.prediction.prediction_file import load_prediction
 from annotations.prediction.study_errors import Truth, kept_predictions, study_errors
 from annotator.session import Session, opening
 from tests.annotations.prediction.tiny_networks import save_tiny
@@ -31,7 +31,7 @@ from tests.annotator.predicted_study import (
 
 
 def path_of(folder, volume_id):
-    return study_prediction_path(folder, NAME, volume_id)
+    return folder / "predictions" / NAME / f"{volume_id}.json"
 
 
 def errors_of(session) -> list[UserError]:
@@ -156,13 +156,26 @@ class TestPredicting:
         self, qtbot, reviewing, predicting, network, checkpoint, folder
     ):
         predict(qtbot, reviewing, [0])
+        before = path_of(folder, "v001").read_bytes()
         predicting.load(described(checkpoint))
         settle(qtbot, reviewing)
         assert predicting.prediction is None
-        reviewing.look(layers=reviewing.view.layers | {"prediction"})
-        assert "another checkpoint that is called magnetic-forceps" in predicting.reason
         predict(qtbot, reviewing, [0])
         assert len(network.asked) == 2
+        assert path_of(folder, "v001").read_bytes() == before
+
+    def test_where_nothing_can_be_written_nothing_is_predicted(
+        self, qtbot, reviewing, predicting, network, folder
+    ):
+        errors = errors_of(reviewing)
+        # No user of a test may be kept from writing, but below a file there is no folder.
+        (folder / "predictions").write_text("mine")
+        predict(qtbot, reviewing, range(3))
+        assert not network.asked
+        (error,) = errors
+        assert f"{NAME} predicts nothing here: nothing can be written there" in str(error)
+        assert str(folder / "predictions") in str(error)
+        assert "Get permission" in error.remedy
 
     def test_progress_is_counted_and_cancelling_keeps_what_is_done(
         self, qtbot, reviewing, predicting, network, folder

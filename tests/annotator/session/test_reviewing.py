@@ -1,6 +1,7 @@
 """What checkpoints are worth, as the session computes it, follows it and walks through it."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,58 @@ def test_every_checkpoint_that_is_loaded_is_reviewed(qtbot: QtBot, rita: Session
     rita.predicting.choose(FIRST.sha256)
     assert rita.reviewing.table is found.material.tables[0]
     assert found.is_paired
+
+
+def test_two_checkpoints_of_one_name_stand_side_by_side_and_keep_their_verdicts(
+    qtbot: QtBot, rita: Session, folder: Path
+) -> None:
+    later = replace(SECOND, description=FIRST.description)
+    for each in IDS:
+        predict(folder, later, each, share=0.5)
+
+    review(qtbot, rita, later, FIRST)
+
+    found = rita.reviewing.review
+    assert found is not None
+    assert found.is_paired
+    assert [len(table.rows) for table in found.material.tables] == [3, 3]
+    assert len(set(found.material.names)) == 2
+    volume = rita.reviewing.open_volume
+    assert volume is not None
+    for each, verdict in ((FIRST, "model_wrong"), (later, "annotation_wrong")):
+        rita.predicting.choose(each.sha256)
+        rita.judging.judge(verdict)
+    compute(qtbot, rita)
+    for each, words in ((FIRST, "model"), (later, "annotation")):
+        rita.predicting.choose(each.sha256)
+        assert rita.judging.judgement(volume).words == words
+
+
+def test_whoever_may_see_the_errors_exports_them(
+    qtbot: QtBot, options: SessionOptions, tmp_path: Path
+) -> None:
+    anna = Session(replace(options, annotator_name="anna"))
+    folder = write_reviewed(tmp_path / "own", viewing=ViewingRules(reviewers=("rita",)))
+    open_and_wait(qtbot, anna, folder)
+    review(qtbot, anna)
+
+    assert "reviewers" in anna.agreeing.export_refusal
+    assert anna.reporting.refusal == ""
+    with qtbot.waitSignal(anna.reporting.exported, timeout=60_000):
+        anna.reporting.export(tmp_path / "report", {"json"})
+    anna.shut_down()
+
+
+def test_where_volumes_have_neutral_numbers_a_reviewer_exports_the_errors(
+    qtbot: QtBot, options: SessionOptions, tmp_path: Path
+) -> None:
+    anna = Session(replace(options, annotator_name="anna"))
+    open_and_wait(qtbot, anna, write_reviewed(tmp_path / "own", blind=True))
+    review(qtbot, anna)
+
+    assert anna.reviewing.table is not None
+    assert "a reviewer of the study" in anna.reporting.refusal
+    anna.shut_down()
 
 
 def test_the_walk_goes_from_the_worst_to_the_best(qtbot: QtBot, rita: Session) -> None:
@@ -250,7 +303,7 @@ def test_verdicts_that_cannot_be_read_keep_no_errors_from_being_shown(
 ) -> None:
     errors: list[UserError] = []
     rita.error_raised.connect(errors.append)
-    path = verdict_path(folder, "first", "rita")
+    path = verdict_path(folder, "first", FIRST.sha256, "rita")
     path.parent.mkdir(parents=True)
     path.write_bytes(b"half a fi")
 
@@ -264,7 +317,7 @@ def test_verdicts_that_cannot_be_read_keep_no_errors_from_being_shown(
     assert not errors
     rita.judging.judge("model_wrong")
     assert path.read_bytes() == b"half a fi"
-    assert "not overwritten" in errors[0].problem
+    assert "not written over" in errors[0].problem
 
 
 def test_computing_can_be_cancelled(qtbot: QtBot, rita: Session) -> None:

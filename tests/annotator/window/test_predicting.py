@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton, QTreeView
 from annotations.documents.record import changed
 from annotations.documents.study import ViewingRules, load_study, save_study
 from annotations.prediction import inference_child
-from annotations.prediction.prediction_file import study_prediction_path
 from annotations.prediction.shipped import shipped_checkpoint
 from annotator.dialogs.checkpoint_dialog import CheckpointDialog
 from annotator.dialogs.error_dialog import ErrorDialog
@@ -63,7 +62,7 @@ def load_by_menu(person, path, monkeypatch):
 
 
 def path_of(folder, volume_id):
-    return study_prediction_path(folder, NAME, volume_id)
+    return folder / "predictions" / NAME / f"{volume_id}.json"
 
 
 class TestLoading:

@@ -107,7 +107,7 @@ def test_from_the_demo_study_to_a_report(
     at_rest(qtbot, rita)
 
     # What the table shows is what the library computes of the files.
-    predictions, unread = kept_predictions(small_demo, NAME)
+    predictions, unread = kept_predictions(small_demo, NAME, rita.predicting.checkpoints[0].sha256)
     expected = study_errors(small_demo, predictions, unjudged=unread)
     assert [row.targets for row in rows(rita)] == [row.targets for row in expected.rows]
 
@@ -137,7 +137,7 @@ def test_from_the_demo_study_to_a_report(
     assert rita.predicting.shown is not None
     ritas.action("verdict_model_wrong").trigger()
     assert ritas.action("verdict_model_wrong").isChecked()
-    kept = load_verdicts(small_demo, "copy", "rita")
+    kept = load_verdicts(small_demo, "copy", copy.sha256, "rita")
     assert kept is not None
     assert [(each.volume, each.verdict) for each in kept.verdicts] == [(second, "model_wrong")]
 

@@ -73,7 +73,7 @@ def test_verdicts_are_counted_and_those_about_something_else_are_named(make: Mak
     rows = {row.volume: row for row in table.rows}
     for volume, verdict in (("v003", "model_wrong"), ("v004", "model_wrong"), ("v005", "annotation_wrong")):
         given = verdict_on(rows[volume], table.checkpoint, verdict, "shadow")  # type: ignore[arg-type]
-        record_verdict(tmp_path, table.checkpoint.name, "rita", given)
+        record_verdict(tmp_path, table.checkpoint.name, table.checkpoint.sha256, "rita", given)
     moved = tuple(
         changed(row, annotation_sha256="b" * 64) if row.volume == "v005" else row for row in table.rows
     )
@@ -89,7 +89,7 @@ def test_verdicts_are_counted_and_those_about_something_else_are_named(make: Mak
 
 
 def test_verdicts_that_cannot_be_read_are_a_remark(make: Make, tmp_path: Path) -> None:
-    path = verdict_path(tmp_path, "Lean", "rita")
+    path = verdict_path(tmp_path, "Lean", "1" * 64, "rita")
     path.parent.mkdir(parents=True)
     path.write_text("{")
 
