@@ -169,19 +169,26 @@ class Paintings(QObject):
     ----------
     count, sharp_count : int
         How often the slice was painted, and how often in full resolution.
+    times_s : list of float
+        When each painting of a volume's slice ended, by `time.perf_counter`. On the screen it is a little
+        later: Qt copies the picture of the window right after.
     """
 
     def __init__(self, view: SliceView) -> None:
         super().__init__(view)
         self._view = view
         self.count = self.sharp_count = 0
+        self.times_s: list[float] = []
         view.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() != QEvent.Type.Paint:
             return False
         # Here and now, so that what is counted has been painted.
+        drawn_before = self._view.times_drawn
         watched.event(event)
         self.count += 1
+        if self._view.times_drawn > drawn_before:
+            self.times_s.append(time.perf_counter())
         self.sharp_count += self._view.is_sharp
         return True
