@@ -9,6 +9,7 @@ from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from annotations.fitting.pose_fit import fit_document
+from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.rotations import about_axis
 from annotations.volumes import Level
@@ -16,52 +17,62 @@ from tests.bench.driven_window import DrivenWindow
 from tests.bench.figures import Figures, milliseconds
 
 PEER_STRIDE = 14
-_STEP_UM = 50.0
+_STEP_UM = 5.0
 _TURN_PX = 12.0
 _TURNS_BEFORE_REST = 8
 
 _Button, _Type = Qt.MouseButton, QEvent.Type
 
 
+def posed(driven: DrivenWindow) -> dict[str, Vector]:
+    """Put the tool where the slices meet, and return the places of its keypoints in µm."""
+    driven.session.pose_tool(
+        ToolPose(
+            driven.session.view.crosshair_um,
+            about_axis((0, 0, 1), 90.0),
+            {"theta1": 30.0, "theta2": 20.0},
+        )
+    )
+    driven.settle()
+    return dict(driven.session.shown_positions_um())
+
+
+def moved_um(position_um: Vector, steps: float) -> Vector:
+    """Return a position that is some steps of 5 µm further along y: the tool stays plausible."""
+    return (position_um[0], position_um[1] + _STEP_UM * steps, position_um[2])
+
+
 def measure_handling(driven: DrivenWindow, times: int) -> Figures:
     """Time edits and camera moves with the scene as large as the peer's canvas, at the finest level."""
     session = driven.session
     driven.show_pane("scene")
-    x_um, y_um, z_um = session.view.crosshair_um
-    session.pose_tool(
-        ToolPose((x_um, y_um, z_um), about_axis((0, 0, 1), 90.0), {"theta1": 30.0, "theta2": 20.0})
-    )
-    driven.settle()
-    document, tool = session.document, session.tool
-    assert document is not None
-    assert tool is not None
-    figures: Figures = {}
-    figures["fit_ms"] = statistics.median(
-        milliseconds(lambda: fit_document(document, tool)) for _ in range(times)
-    )
+    positions_um = posed(driven)
+    figures = _fitting(driven, times)
 
     def median(name: str, change: Callable[[int], object], count: int = times) -> None:
-        figures[name] = statistics.median(
+        taken = [
             driven.frame_ms(lambda step=step: change(step))  # type: ignore[misc]
             for step in range(1, count + 1)
-        )
+        ]
+        figures[f"{name}_ms"] = statistics.median(ms for ms, _ in taken)
+        figures[f"{name}_cpu_ms"] = statistics.median(cpu_ms for _, cpu_ms in taken)
         driven.settle()
 
     drawn = driven.window.scene.volume_draws
     # With the fit, its ghost, residuals and pose: everything that moves with a keypoint.
     median(
-        "drag_to_frame_ms",
-        lambda step: session.begin_preview("k5", (x_um + _STEP_UM * step, y_um, z_um), "dragged"),
+        "drag_to_frame",
+        lambda step: session.begin_preview("k5", moved_um(positions_um["k5"], step), "dragged"),
     )
     session.drop_preview()
     driven.settle()
-    median("edit_to_frame_ms", lambda step: session.type_position("k0", (x_um, y_um + _STEP_UM * step, z_um)))
-    median("undo_to_frame_ms", lambda _: session.undo(), min(times, session.undo_stack.count()))
+    median("edit_to_frame", lambda step: session.type_position("k0", moved_um(positions_um["k0"], step)))
+    median("undo_to_frame", lambda _: session.undo(), min(times, session.undo_stack.count()))
     figures["edits_that_cast_the_volume"] = float(driven.window.scene.volume_draws - drawn)
     session.undo_stack.setIndex(session.undo_stack.count())
     driven.settle()
     figures["save_ms"] = milliseconds(session.save)
-    session.type_position("k0", (x_um, y_um - _STEP_UM, z_um))
+    session.type_position("k0", moved_um(positions_um["k0"], 0.5))
     figures["autosave_ms"] = milliseconds(session._on_autosave_save_requested)
     driven.settle()
     figures |= _turning(driven, times, "finest")
@@ -81,18 +92,26 @@ def measure_handling(driven: DrivenWindow, times: int) -> Figures:
 
 def measure_edits_in_slices(driven: DrivenWindow, times: int) -> Figures:
     """Time edits until all slices are painted, in the usual four panes."""
-    session = driven.session
-    x_um, y_um, z_um = session.view.crosshair_um
+    session, paintings = driven.session, driven.paintings
+    positions_um = posed(driven)
     taken_ms = []
     for step in range(1, times + 1):
-        counts = [painting.count for painting in driven.paintings]
+        counts = [painting.count for painting in paintings]
         begun_s = time.perf_counter()
-        session.type_position("k1", (x_um, y_um + _STEP_UM * step, z_um))
-        while any(painting.count == count for painting, count in zip(driven.paintings, counts, strict=True)):
+        session.type_position("k1", moved_um(positions_um["k1"], step))
+        while any(painting.count == count for painting, count in zip(paintings, counts, strict=True)):
             driven.application.processEvents()
         taken_ms.append(1000 * (time.perf_counter() - begun_s))
     driven.settle()
     return {"edit_to_slices_ms": statistics.median(taken_ms)}
+
+
+def _fitting(driven: DrivenWindow, times: int) -> Figures:
+    document, tool = driven.session.document, driven.session.tool
+    assert document is not None
+    assert tool is not None
+    taken_ms = [milliseconds(lambda: fit_document(document, tool)) for _ in range(times)]
+    return {"fit_ms": statistics.median(taken_ms)}
 
 
 def _turning(driven: DrivenWindow, times: int, data: str) -> Figures:
@@ -102,30 +121,30 @@ def _turning(driven: DrivenWindow, times: int, data: str) -> Figures:
     assert stage is not None
     assert frames is not None
     canvas = stage.canvas.widget
-    moving_ms, delays_ms, rests_ms, full_while_moving = [], [], [], 0
+    moving, delays_ms, rests_ms, rests_cpu_ms, full_while_moving = [], [], [], [], 0
     for _ in range(max(2, times // _TURNS_BEFORE_REST)):
         # Not where the tool is, which the mouse would take hold of.
         at = QPointF(canvas.width() / 8, canvas.height() / 8)
         _mouse(canvas, _Type.MouseButtonPress, at)
         for step in range(1, _TURNS_BEFORE_REST + 1):
             to = at + QPointF(_TURN_PX * step, 0)
-            moving_ms.append(driven.frame_ms(lambda to=to: _mouse(canvas, _Type.MouseMove, to)))  # type: ignore[misc]
+            last_s = time.perf_counter()
+            moving.append(driven.frame_ms(lambda to=to: _mouse(canvas, _Type.MouseMove, to)))  # type: ignore[misc]
             full_while_moving += scene.is_at_rest
-            last_s = time.perf_counter() - moving_ms[-1] / 1000
-        count = frames.count
+        count, begun_cpu_s = frames.count, time.process_time()
         driven.wait(lambda: scene.is_at_rest)
         frames.wait_for_gl()
-        ended_s = time.perf_counter()
-        began_s = frames.spans_s[count][0] if frames.count > count else last_s
+        rests_cpu_ms.append(1000 * (time.process_time() - begun_cpu_s))
+        began_s, ended_s = frames.spans_s[count][0], frames.spans_s[-1][1]
         delays_ms.append(1000 * (began_s - last_s))
-        rests_ms.append(1000 * (max(frames.spans_s[-1][1], began_s) - began_s))
-        # What OpenGL had left to do after the last call.
-        rests_ms[-1] += 1000 * max(0.0, ended_s - frames.spans_s[-1][1] - 0.002)
+        rests_ms.append(1000 * (ended_s - began_s))
         _mouse(canvas, _Type.MouseButtonRelease, to)
         driven.settle()
     return {
-        f"camera_moving_{data}_ms": statistics.median(moving_ms),
+        f"camera_moving_{data}_ms": statistics.median(ms for ms, _ in moving),
+        f"camera_moving_{data}_cpu_ms": statistics.median(cpu_ms for _, cpu_ms in moving),
         f"camera_at_rest_{data}_ms": statistics.median(rests_ms),
+        f"camera_at_rest_{data}_cpu_ms": statistics.median(rests_cpu_ms),
         f"move_to_full_frame_{data}_ms": statistics.median(delays_ms),
         f"full_frames_while_moving_{data}": float(full_while_moving),
     }

@@ -1,11 +1,13 @@
 """What thousands of edits cost in memory, and what is given back when the volume is closed."""
 
 import gc
+import itertools
 import time
 from pathlib import Path
 
 from tests.bench.driven_window import DrivenWindow
 from tests.bench.figures import Figures, anonymous_mib
+from tests.bench.handling import moved_um, posed
 
 _WARM_UP = 200
 _EDITS_A_TURN = 20
@@ -38,9 +40,10 @@ def measure_many_edits(driven: DrivenWindow, path: Path, edits: int) -> Figures:
 
 def _edit(driven: DrivenWindow, count: int) -> None:
     session = driven.session
-    x_um, y_um, z_um = session.view.crosshair_um
-    for number in range(count):
-        session.type_position(f"k{number % 6}", (x_um + number % 997, y_um - number % 89, z_um))
+    positions_um = posed(driven)
+    for number, name in zip(range(count), itertools.cycle(positions_um), strict=False):
+        # No two alike: an edit that changes nothing is none.
+        session.type_position(name, moved_um(positions_um[name], 1 + number % 997 / 100))
         if number % _EDITS_A_TURN == 0:
             driven.application.processEvents()
     driven.settle()

@@ -54,7 +54,8 @@ def main() -> int:
             if not shown or not self._waits[0][1](shown[0]):
                 return
             stage, _ = self._waits.pop(0)
-            print(json.dumps({"stage": stage, "at_s": time.monotonic()}), flush=True)
+            said = {"stage": stage, "at_s": time.monotonic(), "cpu_s": time.process_time()}
+            print(json.dumps(said), flush=True)
             if stage == "window":
                 self._watchdog.__enter__()
             if not self._waits:

@@ -52,6 +52,7 @@ def measure_start(home: Path, volume: Path | None) -> tuple[Figures, dict[str, o
             said = json.loads(line)
             if "stage" in said:
                 figures[f"{prefix}_to_{said['stage']}_ms"] = 1000 * (said["at_s"] - began_s)
+                figures[f"{prefix}_to_{said['stage']}_cpu_ms"] = 1000 * said["cpu_s"]
             else:
                 watch = said["watch"]
     if process.returncode or not watch:

@@ -118,6 +118,8 @@ def _culprits(watches: Mapping[str, Mapping[str, Any]]) -> str:
 
 def words(name: str) -> str:
     """Return a figure's name as it is read, its unit after a comma."""
+    if name.endswith("_cpu_ms"):
+        return f"{name.removesuffix('_cpu_ms').replace('_', ' ')}, ms of the processor"
     stem, _, unit = name.rpartition("_")
     if unit in ("ms", "mib", "px"):
         return f"{stem.replace('_', ' ')}, {unit.replace('mib', 'MiB')}"
