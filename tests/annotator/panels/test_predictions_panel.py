@@ -230,6 +230,18 @@ def test_a_checkpoint_that_has_predicted_nothing_asks_to_predict(
     assert asked.args == ["predict_study"]
 
 
+def test_while_volumes_are_predicted_it_says_so_though_none_could_be_judged(
+    qtbot: QtBot, rita: Session, panel: PredictionsPanel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rita.predicting.load(FIRST)
+    qtbot.waitUntil(lambda: "no errors can be told" in words(panel, "predictions_state"), timeout=60_000)
+
+    monkeypatch.setattr(type(rita.predicting), "is_predicting", property(lambda _: True))
+    rita.predicting.running_changed.emit()
+
+    assert words(panel, "predictions_state") == "Predicting…"
+
+
 def test_checkpoints_of_one_name_are_told_apart_where_one_is_chosen(
     rita: Session, panel: PredictionsPanel
 ) -> None:
