@@ -181,7 +181,7 @@ def test_what_is_saved_is_what_is_loaded(study: Study) -> None:
             "'keypoints', which is",
         ),
         ('"ben"]', '"ben", "consensus"]', "no annotator can be called 'consensus'"),
-        ('"ben"]', '"ben"]\nviewing = { others = "always" }', "viewing.others: Input should be 'when_done'"),
+        ('"ben"]', '"ben"]\nviewing = { others = "sometimes" }', "viewing.others: Input should be"),
         ('"ben"]', '"ben"]\nviewing = { reviewers = ["a/b"] }', "viewing.reviewers.0: a reviewer's name"),
         ("[[volumes]]\nid", "[[volumes]\nid", "it is not valid TOML"),
         ('tool = "magnetic-forceps"', 'tool = "needle"\ntool = "needle"', "it is not valid TOML"),
