@@ -33,6 +33,8 @@ class DrivenWindow:
     ----------
     folder : Path
         For settings, recovery journals and levels of its own.
+    canvas_px : (int, int)
+        Width and height of the scene, or of a slice, that fills the window.
 
     Attributes
     ----------
@@ -42,7 +44,10 @@ class DrivenWindow:
         Those of the slices.
     """
 
-    def __init__(self, folder: Path, annotator: str = "bench") -> None:
+    def __init__(
+        self, folder: Path, annotator: str = "bench", canvas_px: tuple[int, int] = CANVAS_PX
+    ) -> None:
+        self._canvas_px = canvas_px
         application = QApplication.instance()
         self.application = application if isinstance(application, QApplication) else make_application()
         self.garbage = GarbageCollection()
@@ -116,6 +121,11 @@ class DrivenWindow:
         )
         self.application.processEvents()
 
+    def pause(self, pause_s: float) -> None:
+        """Run the event loop for so long, as when a person's hand rests."""
+        ends_s = time.perf_counter() + pause_s
+        self.wait(lambda: time.perf_counter() > ends_s)
+
     def show_pane(self, pane: Pane | None) -> None:
         """Let one pane fill the window, its image as large as the peer's canvas; None for all four."""
         self.session.look(maximized=pane)
@@ -156,7 +166,7 @@ class DrivenWindow:
     def _fit(self, view: QWidget) -> None:
         """Change the window's size until one of its widgets has the canvas's."""
         for _ in range(_FITTING_TRIES):
-            more = (CANVAS_PX[0] - view.width(), CANVAS_PX[1] - view.height())
+            more = (self._canvas_px[0] - view.width(), self._canvas_px[1] - view.height())
             if more == (0, 0):
                 return
             self.window.resize(self.window.width() + more[0], self.window.height() + more[1])

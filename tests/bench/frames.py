@@ -1,8 +1,11 @@
 """When the scene's frames were drawn: VTK says so itself."""
 
 import time
+from typing import TYPE_CHECKING
 
-import vtk
+# Whoever measures how the application starts must not import it earlier.
+if TYPE_CHECKING:
+    import vtk
 
 _WITHIN_FRAME_S = 0.02
 
@@ -16,7 +19,7 @@ class Frames:
         By `time.perf_counter`; of a frame at rest there are two, the volume's and the overlays'.
     """
 
-    def __init__(self, window: vtk.vtkRenderWindow) -> None:
+    def __init__(self, window: "vtk.vtkRenderWindow") -> None:
         self._window = window
         self._began_s = 0.0
         self.spans_s: list[tuple[float, float]] = []

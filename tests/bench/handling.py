@@ -122,7 +122,7 @@ def _turning(driven: DrivenWindow, times: int, data: str) -> Figures:
     assert frames is not None
     canvas = stage.canvas.widget
     moving, delays_ms, rests_ms, rests_cpu_ms, full_while_moving = [], [], [], [], 0
-    for _ in range(max(2, times // _TURNS_BEFORE_REST)):
+    for _ in range(max(1, times // _TURNS_BEFORE_REST)):
         # Not where the tool is, which the mouse would take hold of.
         at = QPointF(canvas.width() / 8, canvas.height() / 8)
         _mouse(canvas, _Type.MouseButtonPress, at)

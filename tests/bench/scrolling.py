@@ -13,6 +13,9 @@ STEP_VOXELS = 7
 """As in the peer's benchmark."""
 
 
+_FORESEEING_S = 1.0
+
+
 def measure_scrolling(driven: DrivenWindow, times: int) -> Figures:
     """Scroll each axis: one slice as large as the peer's, then all four panes."""
     figures: Figures = {}
@@ -31,15 +34,14 @@ def measure_scrolling(driven: DrivenWindow, times: int) -> Figures:
 
 def measure_cold_slices(driven: DrivenWindow, path: Path, times: int) -> Figures:
     """Jump to slices far apart, each time with none of the file in memory."""
-    session = driven.session
     figures: Figures = {}
     kept = []
     for axis, pane in enumerate(SLICE_PANES):
         driven.show_pane(pane)
         coarse_ms, sharp_ms = [], []
         for number in range(times):
-            # What was foreseen of the last one is read first.
-            driven.wait(lambda: not session.jobs.running)
+            # Until what is foreseen of the last one has been read.
+            driven.pause(_FORESEEING_S)
             kept.append(forget_pages(path.resolve()))
             [coarse], [sharp] = _scrolled(driven, axis, (number + 1.3) / (times + 2), 1)
             coarse_ms.append(coarse)

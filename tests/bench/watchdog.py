@@ -19,6 +19,8 @@ _SAMPLE_S = 0.005
 _SAMPLED_FROM_S = 0.015
 _KEPT = 5
 _OURS = ("/annotator/", "/annotations/")
+# Where event loops are run.
+_LOOPS = ("/annotator/startup/start.py", "/annotator/__main__.py", "/tests/bench/")
 _QT = "no call of the application's: Qt itself, or what it paints"
 
 
@@ -189,12 +191,19 @@ def _stack(thread: int) -> tuple[Call, ...]:
 
 def _words(stack: tuple[Call, ...]) -> str:
     """Return the application's own calls in a stack, and the innermost call, in one line."""
+    innermost, _, _ = stack[-1]
+    if any(loop in innermost for loop in _LOOPS):
+        return _QT
     named = [
         f"{_module(filename)}:{line} {function}"
-        for place, (filename, line, function) in enumerate(stack)
-        if any(folder in filename for folder in _OURS) or (place and place == len(stack) - 1)
+        for place, (filename, line, function) in enumerate(stack, start=1)
+        if place == len(stack) or _is_own(filename)
     ]
-    return " → ".join(named) if any(folder in stack[-1][0] for folder in _OURS) or len(named) > 1 else _QT
+    return " → ".join(named)
+
+
+def _is_own(filename: str) -> bool:
+    return any(folder in filename for folder in _OURS) and not any(loop in filename for loop in _LOOPS)
 
 
 def _module(filename: str) -> str:

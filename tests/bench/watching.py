@@ -1,6 +1,5 @@
 """What keeps the window from answering while volumes load, a report runs and predictions are made."""
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from tests.bench.watchdog import Watch, Watchdog
 
 Watches = dict[str, Watch]
 
-# A person's hand rests for a moment between two of these.
 _BETWEEN_S = 0.3
 
 
@@ -41,8 +39,7 @@ class Watching:
             self.figures[f"{name}_ms"] = driven.ms_until(work, ready)
             driven.settle()
         self.watches[name] = watch
-        ends_s = time.perf_counter() + _BETWEEN_S
-        driven.wait(lambda: time.perf_counter() > ends_s)
+        driven.pause(_BETWEEN_S)
 
 
 def watch_loading(watching: Watching, driven: DrivenWindow, folder: Path) -> None:

@@ -1,0 +1,121 @@
+"""The benchmark measures what it says: on a tiny volume, and on steps whose length is known."""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QTimer
+from pytestqt.qtbot import QtBot
+
+from tests.bench.driven_window import DrivenWindow
+from tests.bench.frames import Frames
+from tests.bench.handling import measure_edits_in_slices, measure_handling
+from tests.bench.opening import measure_opening
+from tests.bench.peer import COMPARISONS, ratios, run_peer
+from tests.bench.scrolling import measure_scrolling
+from tests.bench.table import number, page, words
+from tests.bench.volumes import empty_volume, forget_pages, pages_in_memory, part, placed
+from tests.bench.watchdog import LIMIT_MS, Step, Watchdog
+
+SHAPE = (48, 64, 56)
+
+
+@pytest.fixture
+def volume(tmp_path: Path) -> Path:
+    """A tiny volume, in which a tool has no room."""
+    path = tmp_path / "tiny.npy"
+    np.save(path, np.random.default_rng(0).integers(1, 255, SHAPE).astype(np.uint8))
+    return path
+
+
+@pytest.mark.qt_log_ignore("This plugin does not support (raise|lower)")
+def test_a_window_is_measured_from_the_opening_of_a_volume_on(
+    qtbot: QtBot, tmp_path: Path, volume: Path
+) -> None:
+    driven = DrivenWindow(tmp_path, canvas_px=(160, 120))
+    qtbot.addWidget(driven.window)
+    try:
+        driven.prepare_scene()
+        figures = measure_opening(driven, placed(volume, tmp_path / "volume"))
+        figures |= measure_scrolling(driven, 1) | measure_handling(driven, 1)
+        figures |= measure_edits_in_slices(driven, 1)
+    finally:
+        driven.close()
+
+    # All that the peer is compared with, but for what its own process alone can tell.
+    compared = {each.ours for each in COMPARISONS} - {"anonymous_mib", "start_to_window_ms"}
+    assert compared <= set(figures)
+    assert all(value > 0 for name, value in figures.items() if name.endswith("_ms"))
+    assert figures["open_to_first_slice_ms"] <= figures["open_to_sharp_slices_ms"]
+    assert (figures["edits_that_cast_the_volume"], figures["full_frames_while_moving_finest"]) == (0, 0)
+
+
+def test_the_longest_step_is_found_and_its_culprit_named(qtbot: QtBot) -> None:
+    def culprit() -> None:
+        ends_s = time.perf_counter() + 1.6 * LIMIT_MS / 1000
+        while time.perf_counter() < ends_s:
+            pass
+
+    with Watchdog() as watch:
+        QTimer.singleShot(20, culprit)
+        qtbot.wait(200)
+
+    assert watch.over_limit >= 1
+    assert watch.rest_ms >= 1.6 * LIMIT_MS
+    assert any(step.culprit.endswith("culprit") for step in watch.longest)
+    assert json.loads(json.dumps(watch.plain()))["longest"][0]["rest_ms"] == watch.rest_ms
+
+
+def test_one_frame_of_vtk_is_taken_off_a_step(qtbot: QtBot) -> None:
+    frames = Frames(_NoWindow())  # type: ignore[arg-type]
+    # The volume and the overlays of one frame, then another frame.
+    frames.spans_s = [(1.0, 1.2), (1.21, 1.25), (1.4, 1.5), (9.0, 9.5)]
+
+    assert round(frames.longest_within_s(0.9, 2.0), 6) == 0.25
+    assert round(frames.longest_within_s(1.3, 2.0), 6) == 0.1
+    assert frames.longest_within_s(2.0, 3.0) == 0
+    assert Step(ms=300.0, cpu_ms=200.0, frame_ms=250.0, at_s=0.0).rest_ms == 50
+
+
+def test_the_peer_runs_and_is_compared_round_by_round(tmp_path: Path) -> None:
+    script = tmp_path / "peer.py"
+    script.write_text('print(\'words\')\nprint(\'{"peer": "another", "edit_to_frame_ms": 100.0}\')')
+
+    peer = run_peer(f"{sys.executable} {script}", tmp_path / "v.npy")
+    [ratio] = ratios([{"edit_to_frame_ms": each} for each in (5.0, 20.0, 8.0)], [peer] * 3)
+
+    assert (ratio.lowest, ratio.median, ratio.highest, ratio.is_reached) == (0.05, 0.08, 0.2, True)
+    machine = {"date": "", "commit": "", "cores": 2, "processor": "", "renderer": "", "shape": [1, 2, 3]}
+    text = page({"machine": machine, "peer": [peer], "figures": {"fit_ms": 3.0}}, [ratio])
+    assert "| edit to frame in the 3D scene | 8 |" in " ".join(text.split())
+    assert "Beside another" in text
+
+
+def test_figures_are_written_as_they_are_read() -> None:
+    assert [number(each) for each in (1234.5, 12.34, 1.234, 7, None)] == ["1,234", "12.3", "1.23", "7", ""]
+    assert words("open_to_first_slice_ms") == "open to first slice, ms"
+    assert words("anonymous_mib") == "anonymous, MiB"
+
+
+def test_volumes_are_cut_emptied_and_forgotten(tmp_path: Path, volume: Path) -> None:
+    small = part(volume, tmp_path / "parts", "1/8")
+    empty = empty_volume(tmp_path / "empty.npy", (30, 40, 50))
+
+    assert np.array_equal(np.load(small), np.load(volume)[:24, :32, :28])
+    assert np.load(empty).shape == (30, 40, 50)
+    assert not np.load(empty).any()
+    if sys.platform.startswith("linux"):
+        mapped = np.load(volume, mmap_mode="r")
+        assert int(mapped.sum()) > 0
+        forget_pages(volume)
+        # A file system in memory cannot let go of its files, and some do not tell.
+        assert not pages_in_memory(volume) > 1
+        assert int(mapped.sum()) == int(np.load(volume).sum())
+
+
+class _NoWindow:
+    def AddObserver(self, _event: str, _callback: object) -> None:
+        """Nothing is ever drawn."""
