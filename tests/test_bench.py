@@ -16,7 +16,7 @@ from tests.bench.handling import measure_edits_in_slices, measure_handling
 from tests.bench.opening import measure_opening
 from tests.bench.peer import COMPARISONS, ratios, run_peer
 from tests.bench.scrolling import measure_scrolling
-from tests.bench.table import number, page, words
+from tests.bench.table import BEGIN, END, number, page, words, write_page
 from tests.bench.volumes import empty_volume, forget_pages, pages_in_memory, part, placed
 from tests.bench.watchdog import LIMIT_MS, Step, Watchdog
 
@@ -92,6 +92,18 @@ def test_the_peer_runs_and_is_compared_round_by_round(tmp_path: Path) -> None:
     text = page({"machine": machine, "peer": [peer], "figures": {"fit_ms": 3.0}}, [ratio])
     assert "| edit to frame in the 3D scene | 8 |" in " ".join(text.split())
     assert "Beside another" in text
+
+
+def test_tables_are_put_between_the_marks_of_a_page(tmp_path: Path) -> None:
+    document, new = tmp_path / "performance.md", tmp_path / "new.md"
+    document.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+
+    write_page(document, "tables\n")
+    write_page(document, "tables\n")
+    write_page(new, "tables\n")
+
+    assert document.read_text() == f"before\n{BEGIN}\n\ntables\n\n{END}\nafter\n"
+    assert new.read_text() == "tables\n"
 
 
 def test_figures_are_written_as_they_are_read() -> None:

@@ -27,7 +27,7 @@ from tests.bench.display import display
 from tests.bench.peer import ratios, run_peer
 from tests.bench.starting import measure_start
 from tests.bench.steps import Request, run_step
-from tests.bench.table import page
+from tests.bench.table import page, write_page
 from tests.bench.volumes import PARTS, full_volume, part, placed
 
 PARTS_OF_ALL = ("start", "window", "cold", "watch", "edits", "sizes", "studies")
@@ -169,7 +169,7 @@ def main() -> int:
         results["ratios"] = [asdict(ratio) for ratio in found]
         options.json.write_text(json.dumps(results, indent=1) + "\n")
     if options.markdown is not None:
-        options.markdown.write_text(text)
+        write_page(options.markdown, text)
     return int(bool(benchmark.failed))
 
 
@@ -194,7 +194,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--edits", type=int, default=10_000, help="how many (%(default)s)")
     parser.add_argument("--peer", metavar="COMMAND", help="runs in turn with ours, on the same volume")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
-    parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the tables")
+    parser.add_argument(
+        "--markdown", type=Path, metavar="FILE", help="write the tables, in the middle of a page"
+    )
     return parser
 
 

@@ -1,10 +1,14 @@
 """The benchmark's results as a page of tables, in Markdown, which reads as plain text too."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from tests.bench.peer import Ratio
 from tests.bench.watchdog import LIMIT_MS
+
+BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
+"""Around what is written anew in a document."""
 
 Rows = Sequence[Sequence[str]]
 
@@ -40,6 +44,13 @@ def page(results: Mapping[str, Any], found: Sequence[Ratio]) -> str:
         parts += ["### What keeps the window from answering", "", _watch_table(results["watches"])]
         parts += [_culprits(results["watches"])]
     return "\n".join(part if part.startswith("###") or not part else f"{part}\n" for part in parts)
+
+
+def write_page(path: Path, text: str) -> None:
+    """Write a page's text into a file; where that has the two marks, only what is between them changes."""
+    before, begin, rest = path.read_text().partition(BEGIN) if path.exists() else ("", "", "")
+    _, end, after = rest.partition(END)
+    path.write_text(f"{before}{begin}\n\n{text}\n{end}{after}" if end else text)
 
 
 def markdown_table(heads: Sequence[str], rows: Rows) -> str:
