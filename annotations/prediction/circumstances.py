@@ -80,6 +80,8 @@ def _share_inside(ends_voxel: np.ndarray, shape: tuple[int, int, int]) -> float:
             if low > 0 or high < 0:
                 return 0.0
             continue
-        first, second = sorted((low / direction[axis], high / direction[axis]))
+        # Of a line that hardly goes along the axis, infinity: it leaves through no face of it.
+        with np.errstate(over="ignore"):
+            first, second = sorted((low / direction[axis], high / direction[axis]))
         enters, leaves = max(enters, float(first)), min(leaves, float(second))
     return max(0.0, leaves - enters)
