@@ -218,7 +218,7 @@ class SliceReaders:
             missing = [index for index in block if (wish.axis, index) not in source.cache]
             if not missing:
                 continue
-            wanted = range(missing[0], missing[-1] + 1)
+            wanted = range(missing[0], missing[-1] + 1, block.step)
             try:
                 if not source.read(wish.axis, wanted, partial(self._is_disturbed, wish, wanted)):
                     return
@@ -231,15 +231,23 @@ class SliceReaders:
         return newest is None or newest.source is not wish.source or newest.index not in block
 
     def _is_disturbed(self, wish: Wish, block: range) -> bool:
-        """Wait until nobody waits for the disk; True if foreseeing is not what is wanted any more."""
+        """Wait until nobody waits for the disk; True if foreseeing is not what is wanted any more.
+
+        Whoever scrolls on through slices that are in memory disturbs nothing: the next ones are just those.
+        """
         with self._changed:
             self._changed.wait_for(
                 lambda: (
                     self._source is not wish.source
-                    or wish.axis in self._wishes
+                    or self._is_waited_for(wish)
                     or not self._being_read - {wish.axis}
                 )
             )
             if self._source is not wish.source:
                 return True
-            return wish.axis in self._wishes and self._is_pointless(wish, block)
+            return self._is_waited_for(wish) and self._is_pointless(wish, block)
+
+    def _is_waited_for(self, wish: Wish) -> bool:
+        """Say whether a view across the axis of a wish waits, after it, for a slice that is to be read."""
+        newest = self._wishes.get(wish.axis)
+        return newest is not None and (newest.axis, newest.index) not in wish.source.cache

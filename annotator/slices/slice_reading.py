@@ -22,9 +22,6 @@ PORTION_BYTES = 16 * 2**20
 PORTION_BYTES_HELD = 4 * 2**20
 # How many slices are foreseen where each costs its own reading.
 SLICES_AHEAD = 4
-# Once the file is in memory, each further slice of a reading takes half as long as the first: scrolling has
-# to stop at so many of them to be worth reading those between.
-_WORTH_A_BLOCK = 3
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,10 @@ class ReadingPlan:
         Slices there are.
     together : int
         Slices worth reading in one go: in the file they lie so near each other that the disk, or the
-        decompression, gives the others for nothing.
+        decompression, gives the others for nothing. From memory too they come at half the price: what the
+        processor waits for is the line of memory that holds a voxel of each.
+    reach : int
+        How many slices further the file is still in the same page, or chunk.
     chunk : int or None
         Slices that can only be read together; None where a single one costs no more than it holds.
     portion_axis : int
@@ -51,6 +51,7 @@ class ReadingPlan:
     axis: int
     count: int
     together: int
+    reach: int
     chunk: int | None
     portion_axis: int
     portion: int
@@ -65,14 +66,14 @@ class ReadingPlan:
         if volume.chunks is None:
             stride = _strides(shape, item, volume.fortran_order)
             portion_axis = max(in_plane, key=lambda other: stride[other])
-            together = min(max(1, PAGE_BYTES // stride[axis]), most, shape[axis])
+            reach = min(max(1, PAGE_BYTES // stride[axis]), shape[axis])
             portion = max(1, PORTION_BYTES // stride[portion_axis])
-            return cls(axis, shape[axis], together, None, portion_axis, portion)
+            return cls(axis, shape[axis], min(reach, most), reach, None, portion_axis, portion)
         chunk = min(volume.chunks[axis], shape[axis])
         portion_axis, other = in_plane
         row_bytes = chunk * volume.chunks[portion_axis] * shape[other] * item
         portion = volume.chunks[portion_axis] * max(1, PORTION_BYTES_HELD // row_bytes)
-        return cls(axis, shape[axis], min(chunk, most), chunk, portion_axis, portion)
+        return cls(axis, shape[axis], min(chunk, most), chunk, chunk, portion_axis, portion)
 
     def first(self, index: int) -> range:
         """Return the slices to read when one is wanted now: no more than cost the same."""
@@ -81,6 +82,8 @@ class ReadingPlan:
     def ahead(self, index: int, step: int) -> tuple[range, ...]:
         """Return the slices to read next, in this order, after one was read and the last step led there.
 
+        Of a mapped file no more than those at which scrolling on stops, as many of them in one go as pays.
+
         Parameters
         ----------
         index : int
@@ -88,22 +91,30 @@ class ReadingPlan:
         step : int
             How far, and which way, the last scrolling went; 0 after a jump.
         """
-        stops = 1 if self.chunk is not None else _WORTH_A_BLOCK
-        if self.together > 1 and stops * abs(step) <= self.together:
-            own = self._block(index)
-            edge = own.stop if step > 0 else own.start - 1
+        apart = max(1, abs(step)) if self.chunk is None else 1
+        if self._together(apart) > 1 and abs(step) <= self.together * apart:
+            own = self._block(index, apart)
+            edge = own[-1] + apart if step > 0 else own[0] - apart
             wanted = [own]
             if step and 0 <= edge < self.count:
-                wanted.append(self._block(edge))
+                wanted.append(self._block(edge, apart))
             return tuple(wanted)
         others = [index + step * count for count in range(1, SLICES_AHEAD + 1)] if step else []
         return tuple(dict.fromkeys(self.first(other) for other in others if 0 <= other < self.count))
 
-    def _block(self, index: int) -> range:
-        chunk = self.chunk or self.together
-        begin = index // chunk * chunk
-        start = begin + (index - begin) // self.together * self.together
-        return range(start, min(start + self.together, begin + chunk, self.count))
+    def _together(self, apart: int) -> int:
+        """Return how many slices, so far apart, are worth reading in one go."""
+        return min(self.together, self.reach // apart)
+
+    def _block(self, index: int, apart: int = 1) -> range:
+        """Return the slices, so far apart, that are read together with one."""
+        number, phase = divmod(index, apart)
+        together = self._together(apart)
+        chunk = self.chunk or together
+        begin = number // chunk * chunk
+        start = begin + (number - begin) // together * together
+        stop = min(start + together, begin + chunk)
+        return range(phase + start * apart, min(phase + stop * apart, self.count), apart)
 
 
 def read_slices(
@@ -119,7 +130,7 @@ def read_slices(
     Parameters
     ----------
     indices : range
-        Which slices; without gaps.
+        Which slices, in ascending order.
     transposed : bool
         Lay each slice out so that its transpose is C-contiguous: then drawing need not turn it.
     given_up : callable
@@ -141,7 +152,7 @@ def read_slices(
     length = volume.shape[plan.portion_axis]
     edges = [*range(0, length, plan.portion), length]
     region = [slice(None), slice(None), slice(None)]
-    region[plan.axis] = slice(indices.start, indices.stop)
+    region[plan.axis] = slice(indices.start, indices.stop, indices.step)
     rows_first = plan.portion_axis == first
     for start, stop in pairwise(edges):
         if given_up():

@@ -227,7 +227,8 @@ class SliceView(QWidget):
             self._redraw()
 
     def _on_fetcher_slice_arrived(self, image: SliceImage) -> None:
-        if image.axis == self.axis and image.index == self._index and self._viewport is not None:
+        is_wanted = image.axis == self.axis and image.index == self._index and image is not self._image
+        if is_wanted and self._viewport is not None:
             self._image = image
             self._tell_cursor()
             self.update()

@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from annotations.volumes import SliceImage, Volume, VolumeError
 from annotator.session import Session
+from annotator.slices import slice_reading
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.slice_view import SliceView
 
@@ -44,6 +45,11 @@ def disk(session: Session) -> Iterator[Disk]:
     object.__setattr__(session.volume, "_storage", disk)
     yield disk
     disk.gate.set()
+
+
+def _bytes_across_z(session: Session) -> int:
+    assert session.volume is not None
+    return session.volume.shape[0] * session.volume.shape[1] * session.volume.dtype.itemsize
 
 
 @pytest.fixture
@@ -118,6 +124,31 @@ def test_slices_ahead_are_read_before_they_are_asked_for(
     assert source is not None
     qtbot.waitUntil(lambda: all((0, index) in source.cache for index in range(11, 16)))
     assert (0, 9) not in source.cache
+
+
+def test_scrolling_through_what_is_in_memory_leaves_reading_ahead_alone(
+    qtbot: QtBot, session: Session, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slice_reading, "PORTION_BYTES", 1)
+    monkeypatch.setattr(slice_reading, "TOGETHER_BYTES", 4 * _bytes_across_z(session))
+    fetcher = SliceFetcher(session)
+    source = fetcher._source
+    assert source is not None
+    disk.gate.set()
+    fetcher.fetch(2, 0)
+    qtbot.waitUntil(lambda: all((2, index) in source.cache for index in range(4)))
+    disk.gate.clear()
+    disk.arrived.clear()
+    fetcher.fetch(2, 1)
+    assert disk.arrived.wait(30), "the next four slices are being read"
+
+    fetcher.fetch(2, 2)
+    disk.gate.set()
+    qtbot.waitUntil(lambda: (2, 7) in source.cache)
+
+    begun = [region for region in disk.regions if region[2].start == 4 and region[0].start == 0]
+    assert len(begun) == 1, "what was read of them was not thrown away"
+    fetcher.close()
 
 
 def test_a_failing_disk_is_told_once_and_tried_again(

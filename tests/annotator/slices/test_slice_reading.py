@@ -94,6 +94,27 @@ def test_foreseen_blocks_hold_every_slice_once(volume: Volume, axis: int) -> Non
     assert seen == set(range(plan.count))
 
 
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("step", [1, -2, 5, -10])
+def test_scrolling_on_stops_where_it_was_foreseen(volume: Volume, axis: int, step: int) -> None:
+    plan = ReadingPlan.of(volume, axis)
+
+    for index in range(plan.count):
+        foreseen = [other for block in plan.ahead(index, step) for other in block]
+        assert all(0 <= other < plan.count for other in foreseen)
+        assert not 0 <= index + step < plan.count or index + step in foreseen
+
+
+def test_slices_with_gaps_between_them_are_read_in_one_go(volume: Volume, data: np.ndarray) -> None:
+    slices = read_slices(
+        volume, ReadingPlan.of(volume, 2), range(2, 17, 6), transposed=True, given_up=lambda: False
+    )
+
+    assert slices is not None
+    for index, one in zip((2, 8, 14), slices, strict=True):
+        assert np.array_equal(one, data[:, :, index])
+
+
 def _full(chunks: tuple[int, int, int] | None = None, *, fortran_order: bool = False) -> Volume:
     return Volume(
         path=Path("full"),
@@ -132,8 +153,10 @@ def test_one_slice_is_wanted_first_then_its_neighbours_and_those_that_scrolling_
 def test_fast_scrolling_reads_only_where_it_stops() -> None:
     plan = ReadingPlan.of(_full(), 2)
 
-    assert plan.ahead(500, 7) == tuple(range(index, index + 1) for index in (507, 514, 521, 528))
-    assert plan.ahead(500, -5)[0] == range(495, 496)
+    assert plan.ahead(500, 7) == (range(493, 541, 7), range(542, 590, 7))
+    assert plan.ahead(500, -5) == (range(490, 525, 5), range(455, 490, 5))
+    assert plan.ahead(1150, 7) == (range(1129, 1152, 7),)
+    assert ReadingPlan.of(_full(), 1).ahead(500, 7)[0] == range(507, 508)
     assert ReadingPlan.of(_full((4, 64, 64)), 0).ahead(6, 3) == (range(4, 8), range(8, 12))
 
 
