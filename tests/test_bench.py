@@ -54,14 +54,17 @@ def test_a_window_is_measured_from_the_opening_of_a_volume_on(
 
 
 def test_the_longest_step_is_found_and_its_culprit_named(qtbot: QtBot) -> None:
-    def culprit() -> None:
-        ends_s = time.perf_counter() + 1.6 * LIMIT_MS / 1000
-        while time.perf_counter() < ends_s:
-            pass
+    watchdog = Watchdog()
 
-    with Watchdog() as watch:
+    def culprit() -> None:
+        # On a busy machine the thread that looks comes late.
+        begun_s = time.perf_counter()
+        while time.perf_counter() < begun_s + 1.6 * LIMIT_MS / 1000 or len(watchdog._samples) < 3:
+            assert time.perf_counter() < begun_s + 30
+
+    with watchdog as watch:
         QTimer.singleShot(20, culprit)
-        qtbot.wait(200)
+        qtbot.waitUntil(lambda: watch.rest_ms >= 1.6 * LIMIT_MS, timeout=60_000)
 
     assert watch.over_limit >= 1
     assert watch.rest_ms >= 1.6 * LIMIT_MS
