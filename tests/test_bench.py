@@ -90,7 +90,12 @@ def test_the_peer_runs_and_is_compared_round_by_round(tmp_path: Path) -> None:
     peer = run_peer(f"{sys.executable} {script}", tmp_path / "v.npy")
     [ratio] = ratios([{"edit_to_frame_ms": each} for each in (5.0, 20.0, 8.0)], [peer] * 3)
 
-    assert (ratio.lowest, ratio.median, ratio.highest, ratio.is_reached) == (0.05, 0.08, 0.2, True)
+    assert (ratio.lowest, ratio.median, ratio.highest, ratio.reached) == (
+        0.05,
+        0.08,
+        0.2,
+        "in the median",
+    )
     machine = {"date": "", "commit": "", "cores": 2, "processor": "", "renderer": "", "shape": [1, 2, 3]}
     text = page({"machine": machine, "peer": [peer], "figures": {"fit_ms": 3.0}}, [ratio])
     assert "| edit to frame in the 3D scene | 8 |" in " ".join(text.split())

@@ -91,7 +91,8 @@ class Benchmark:
             self.results["sizes"] = self._sizes()
         if "studies" in only:
             self.results["studies"] = {f"{n:,}": self._step("study", count=n) for n in STUDIES}
-        watches |= self.results.get("watch", {}).get("watches", {})
+        for result in (self.results.get("watch", {}), *self.results.get("studies", {}).values()):
+            watches |= result.get("watches", {})
         if watches:
             self.results["watches"] = watches
         self._temporary.cleanup()

@@ -71,9 +71,10 @@ class Ratio:
     highest: float
 
     @property
-    def is_reached(self) -> bool:
-        """Whether the median is no more than what was asked for."""
-        return self.median <= self.comparison.at_most
+    def reached(self) -> str:
+        """Whether it is no more than what was asked for: in every round, in the median, or not."""
+        at_most = self.comparison.at_most
+        return "yes" if self.highest <= at_most else "in the median" if self.median <= at_most else "no"
 
 
 def run_peer(command: str, volume: Path) -> dict[str, object]:

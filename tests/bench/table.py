@@ -77,7 +77,7 @@ def _ratio_table(found: Iterable[Ratio]) -> str:
                 f"{ratio.median:.3f}",
                 f"{ratio.lowest:.3f}–{ratio.highest:.3f}",
                 f"{wanted.at_most:g}{aim}",
-                "yes" if ratio.is_reached else "no",
+                ratio.reached,
             )
         )
     return markdown_table(
@@ -120,7 +120,7 @@ def _culprits(watches: Mapping[str, Mapping[str, Any]]) -> str:
     for name, watch in watches.items():
         lines += [
             f"- {words(name)}, {number(step['rest_ms'])} ms after {number(step['at_s'])} s "
-            f"({number(step['cpu_ms'])} ms of the processor): {step['stacks'][0] if step['stacks'] else '?'}"
+            f"({number(step['cpu_ms'])} ms of the processor): {step['culprit']}"
             for step in watch["longest"][:_SHOWN_STEPS]
             if step["rest_ms"] > LIMIT_MS
         ]

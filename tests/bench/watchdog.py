@@ -3,8 +3,9 @@
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from types import TracebackType
+from types import FrameType, TracebackType
 
 from PySide6.QtCore import Qt, QTimer
 
@@ -15,13 +16,27 @@ LIMIT_MS = 50.0
 """No step is to take longer, apart from one frame of VTK."""
 
 _SAMPLE_S = 0.005
+# With less than this share of the processor, the GUI thread has mostly waited.
+_WAITING = 0.4
 # What is not sampled is too short to matter.
 _SAMPLED_FROM_S = 0.015
 _KEPT = 5
+_KEPT_STACKS = 3
+_NAMED_CALLS = 6
+# What threads that have nothing to do are in.
+_AT_REST = ("wait", "get", "_work", "select", "poll", "read_message", "_listen", "_fulfil_next")
 _OURS = ("/annotator/", "/annotations/")
-# Where event loops are run.
+# Where event loops are run, and what hands jobs on.
 _LOOPS = ("/annotator/startup/start.py", "/annotator/__main__.py", "/tests/bench/")
+_WAYS = ("/annotator/session/jobs.py",)
 _QT = "no call of the application's: Qt itself, or what it paints"
+
+
+Call = tuple[str, int, str]
+"""File, line and function."""
+
+Stack = tuple[Call, ...]
+"""From the outermost call on."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +55,9 @@ class Step:
         Since the watch began.
     stacks : tuple of str
         Where the GUI thread was, from the outermost call on: the commonest of the samples first.
+    beside : str
+        Where another thread was most often: it has Python's lock where the GUI thread used little of the
+        processor.
     """
 
     ms: float
@@ -47,6 +65,7 @@ class Step:
     frame_ms: float
     at_s: float
     stacks: tuple[str, ...] = ()
+    beside: str = ""
 
     @property
     def rest_ms(self) -> float:
@@ -55,8 +74,10 @@ class Step:
 
     @property
     def culprit(self) -> str:
-        """The commonest of the stacks, else nothing."""
-        return self.stacks[0] if self.stacks else ""
+        """What it was spent with: in the GUI thread, or else in the one that this waited for."""
+        if self.beside and self.cpu_ms < _WAITING * self.rest_ms:
+            return f"waiting for another thread: {self.beside}"
+        return self.stacks[0] if self.stacks else "too short to be seen"
 
 
 @dataclass
@@ -93,7 +114,9 @@ class Watch:
             "rest_cpu_ms": self.rest_cpu_ms,
             "longest_frame_ms": self.longest_frame_ms,
             "over_limit": self.over_limit,
-            "longest": [{**asdict(step), "rest_ms": step.rest_ms} for step in self.longest],
+            "longest": [
+                {**asdict(step), "rest_ms": step.rest_ms, "culprit": step.culprit} for step in self.longest
+            ],
         }
 
     def add(self, step: Step) -> None:
@@ -124,7 +147,8 @@ class Watchdog:
         self._timer.timeout.connect(self._on_timer_timeout)
         self._ended = threading.Event()
         self._sampler = threading.Thread(target=self._sample, name="watchdog", daemon=True)
-        self._samples: list[tuple[Call, ...]] = []
+        self._samples: list[Stack] = []
+        self._samples_beside: list[Stack] = []
         self._began_s = self._beat_s = 0.0
         self._beat_cpu_s = 0.0
 
@@ -149,15 +173,15 @@ class Watchdog:
         if taken_s > _SAMPLED_FROM_S:
             frame_s = self.frames.longest_within_s(self._beat_s, beat_s) if self.frames else 0.0
             samples, self._samples = self._samples, []
-            named = [_words(stack) for stack in samples]
-            commonest = sorted(set(named), key=lambda each: (each != _QT, named.count(each)), reverse=True)
+            beside, self._samples_beside = self._samples_beside, []
             self.watch.add(
                 Step(
                     ms=1000 * taken_s,
                     cpu_ms=1000 * (beat_cpu_s - self._beat_cpu_s),
                     frame_ms=1000 * frame_s,
                     at_s=self._beat_s - self._began_s,
-                    stacks=tuple(commonest[:3]),
+                    stacks=_commonest(samples)[:_KEPT_STACKS],
+                    beside=next(iter(_commonest(beside)), ""),
                 )
             )
         self._beat_s, self._beat_cpu_s = beat_s, beat_cpu_s
@@ -166,30 +190,42 @@ class Watchdog:
         while not self._ended.wait(_SAMPLE_S):
             beat_s = self._beat_s
             if time.perf_counter() - beat_s < _SAMPLED_FROM_S:
-                self._samples = []
+                self._samples, self._samples_beside = [], []
                 continue
-            stack = _stack(self._gui_thread)
-            if stack and beat_s == self._beat_s:
-                self._samples.append(stack)
+            stacks = _stacks()
+            if beat_s == self._beat_s:
+                own = {self._gui_thread, threading.get_ident()}
+                self._samples += [stack for thread, stack in stacks.items() if thread == self._gui_thread]
+                self._samples_beside += [
+                    stack
+                    for thread, stack in stacks.items()
+                    if thread not in own and stack[-1][2] not in _AT_REST
+                ]
 
 
-Call = tuple[str, int, str]
-"""File, line and function."""
-
-
-def _stack(thread: int) -> tuple[Call, ...]:
-    """Return a thread's calls, from the outermost on."""
-    frame = sys._current_frames().get(thread)
-    calls = []
+def _stacks() -> dict[int, Stack]:
+    """Return the calls of each thread, from the outermost on."""
+    stacks = {}
     # Nothing that lets other threads run: while a frame is held here, so is what it holds, and Qt does not
     # survive a painter that outlives its painting.
-    while frame is not None:
-        calls.append((frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name))
-        frame = frame.f_back
-    return tuple(reversed(calls))
+    for thread, innermost in sys._current_frames().items():
+        frame: FrameType | None = innermost
+        calls = []
+        while frame is not None:
+            calls.append((frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name))
+            frame = frame.f_back
+        stacks[thread] = tuple(reversed(calls))
+        del innermost
+    return stacks
 
 
-def _words(stack: tuple[Call, ...]) -> str:
+def _commonest(samples: Sequence[Stack]) -> tuple[str, ...]:
+    """Return the stacks in words, the commonest first, but those without a call of the application's last."""
+    named = [_words(stack) for stack in samples]
+    return tuple(sorted(set(named), key=lambda each: (each != _QT, named.count(each)), reverse=True))
+
+
+def _words(stack: Stack) -> str:
     """Return the application's own calls in a stack, and the innermost call, in one line."""
     innermost, _, _ = stack[-1]
     if any(loop in innermost for loop in _LOOPS):
@@ -197,13 +233,15 @@ def _words(stack: tuple[Call, ...]) -> str:
     named = [
         f"{_module(filename)}:{line} {function}"
         for place, (filename, line, function) in enumerate(stack, start=1)
-        if place == len(stack) or _is_own(filename)
+        if place == len(stack) or (_is_own(filename) and not function.startswith("<"))
     ]
-    return " → ".join(named)
+    return " → ".join(["…", *named[-_NAMED_CALLS:]] if len(named) > _NAMED_CALLS else named)
 
 
 def _is_own(filename: str) -> bool:
-    return any(folder in filename for folder in _OURS) and not any(loop in filename for loop in _LOOPS)
+    return any(folder in filename for folder in _OURS) and not any(
+        way in filename for way in (*_LOOPS, *_WAYS)
+    )
 
 
 def _module(filename: str) -> str:
