@@ -260,6 +260,22 @@ def test_views_show_the_coarse_level_at_once_and_become_sharp(
     assert view._header(view.viewport).remark == ""  # type: ignore[arg-type]
 
 
+def test_the_coarse_picture_is_drawn_without_a_byte_of_the_file(
+    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
+) -> None:
+    """Not even through a mapping, whose cold pages would make the window wait for the disk."""
+    assert session.volume is not None
+    view = SliceView(session, 2, slow)
+    qtbot.addWidget(view)
+    view.resize(300, 300)
+    np.load(session.volume.path, mmap_mode="r+")[:] = 0
+
+    session.look(crosshair_um=(0.0, 0.0, 30 * 9.4))
+
+    assert not view.is_sharp
+    assert view.grab().toImage().pixelColor(150, 150).lightness() > 100
+
+
 def test_scrolling_goes_on_while_the_disk_hangs(
     qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
 ) -> None:
