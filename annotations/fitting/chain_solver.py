@@ -246,6 +246,7 @@ class _Descent:
         self._angles = slice(3, 3 + len(joints))
         self._stretches = 0 if solver.length_sigma_um is None else len(solver.length_sigma_um)
         self._at = b""
+        self._rows: Array | None = None
         self.start = np.zeros(3 + len(joints) + self._stretches)
         self.start[self._angles] = angles_rad[joints]
 
@@ -267,6 +268,12 @@ class _Descent:
     def jacobian(self, unknowns: Array) -> Array:
         """Return the Jacobian transposed: a row for each unknown."""
         self._go_to(unknowns)
+        if self._rows is None:
+            # Kept, because SciPy asks for the first one twice: for its shape, before MINPACK begins.
+            self._rows = self._jacobian_here(unknowns)
+        return self._rows
+
+    def _jacobian_here(self, unknowns: Array) -> Array:
         solver, count = self._solver, len(self._seen)
         rows = np.zeros((len(unknowns), 3 * count + self._stretches))
         by_turn = _turning(self._seen).reshape(3, -1)
@@ -285,6 +292,7 @@ class _Descent:
         if at == self._at:
             return
         self._at = at
+        self._rows = None
         solver = self._solver
         self._turned = self._axes @ _turn_by_gibbs(*unknowns[:3].tolist())
         self._seen = solver.seen @ self._turned
