@@ -75,7 +75,7 @@ class LinkTable(ReadOnlyTable):
 
     def show_readout(self, readout: PoseReadout) -> None:
         """Write the lengths, those that nothing explains in colour."""
-        self._readout = readout
+        drawn, self._readout = self._readout, readout
         if self.rowCount() != len(readout.links):
             self.clearContents()
             self.setRowCount(len(readout.links))
@@ -84,7 +84,9 @@ class LinkTable(ReadOnlyTable):
             absent = "—" if link.measured_um is None else ""
             name = self.write(row, 0, f"{link.link}  {link.ends[0]}–{link.ends[1]}")
             name.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-            name.setIcon(link_swatch(QColor(link.color)))
+            if name.icon().isNull() or drawn is None or drawn.links[row].color != link.color:
+                # The table measures its columns anew for each icon.
+                name.setIcon(link_swatch(QColor(link.color)))
             needs = f"Needs {link.ends[0]} and {link.ends[1]}" if absent else f"{link.measured_um:.1f} µm"
             self.write(row, 1, absent or f"{(link.measured_um or 0) / 1000:.3f}", needs)
             self.write(

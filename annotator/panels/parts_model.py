@@ -21,6 +21,8 @@ from annotator.session import Session
 from annotator.session.view import View
 
 _KEYS = 9
+# All that the columns show of a part besides its numbers.
+_SAID = ("state", "certainty", "source", "adopted_from", "locked")
 # Nobody has said of these that they are there.
 _UNSEEN = ("fitted", "predicted")
 
@@ -347,16 +349,25 @@ class PartsModel(TableModel, Generic[P]):
         self._shown, self._coming = shown, coming
         if shown is not known or coming != were_coming:
             changed = coming ^ were_coming
-            self._redraw(row for row, part in enumerate(shown) if part != known[row] or part.name in changed)
+            for row, (part, was) in enumerate(zip(shown, known, strict=True)):
+                if part.name in changed or not _says_the_same(part, was):
+                    self._redraw([row])
+                elif part != was:
+                    self._redraw_cells(row, "number")
             self._follow_fit()
 
     def _follow_fit(self) -> None:
         """Show what the fit leaves now: one part that moves takes the residuals of all along."""
         known, self._residuals_um = self._residuals_um, [self._residual_um(part) for part in self._shown]
-        for column in self.columns_of("residual"):
-            for row, residual_um in enumerate(self._residuals_um):
-                if residual_um != known[row]:
-                    self.dataChanged.emit(self.index(row, column), self.index(row, column))
+        for row, residual_um in enumerate(self._residuals_um):
+            if residual_um != known[row]:
+                self._redraw_cells(row, "residual")
+
+    def _redraw_cells(self, row: int, kind: ColumnKind) -> None:
+        # One by one: of a range, Qt also paints the row and the column that follow.
+        for column in self.columns_of(kind):
+            index = self.index(row, column)
+            self.dataChanged.emit(index, index)
 
     def _reset(self) -> None:
         self.beginResetModel()
@@ -381,6 +392,11 @@ class PartsModel(TableModel, Generic[P]):
     @Slot()
     def _on_session_volume_changed(self) -> None:
         self._reset()
+
+
+def _says_the_same(part: Part, other: Part) -> bool:
+    """Say whether two parts differ in no more than where they are."""
+    return all(getattr(part, field) == getattr(other, field) for field in _SAID)
 
 
 def _short(residual_um: float) -> str:

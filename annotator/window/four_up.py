@@ -49,6 +49,7 @@ class PaneHeader(QFrame):
         self.setAccessibleName(f"{PANE_TITLES[pane]}, header")
         self.setToolTip("Double click: let this pane fill the window, or show all four")
         self._axis = SLICE_PANES.index(pane) if pane in SLICE_PANES else None
+        self._shown: tuple[bool, bool, str] | None = None
         self._is_used = self._is_placing = self._is_maximized = False
         title = QLabel(PANE_TITLES[pane])
         title.setObjectName(f"title_{pane}")
@@ -77,6 +78,11 @@ class PaneHeader(QFrame):
 
     def show_state(self, *, is_used: bool, is_maximized: bool, placing: str) -> None:
         """Show whether the pane was used last, whether it fills the window, and what a click in it does."""
+        shown = (is_used, is_maximized, placing)
+        if shown == self._shown:
+            # Asked for with every edit, which seldom changes it.
+            return
+        self._shown = shown
         is_turned = is_maximized != self._is_maximized
         self._is_used, self._is_placing, self._is_maximized = is_used, bool(placing), is_maximized
         if self._axis is None:

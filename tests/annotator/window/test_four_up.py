@@ -1,4 +1,5 @@
 import pytest
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 
@@ -33,6 +34,28 @@ def test_header_of_the_scene_says_what_a_click_places(panes, session):
     assert label.text() == "k0 is locked"
     session.set_mode("navigate")
     assert not label.isVisible()
+
+
+def test_headers_are_not_painted_again_for_an_edit_that_leaves_them_as_they_are(qtbot, panes, session):
+    qtbot.waitExposed(panes)
+    session.place((318.0, 405.0, 235.0))
+    qtbot.wait(1)
+    label = panes.findChild(QLabel, "title_slice0")
+    painted = []
+
+    class Watch(QObject):
+        def eventFilter(self, watched, event):
+            if event.type() == QEvent.Type.Paint:
+                painted.append(watched)
+            return False
+
+    watch = Watch()
+    label.installEventFilter(watch)
+    session.place((318.0, 405.0, 240.0))
+    qtbot.wait(1)
+    assert painted == []
+    session.look(maximized="slice0")
+    qtbot.waitUntil(lambda: bool(painted))
 
 
 def test_icons_follow_the_theme(panes):
