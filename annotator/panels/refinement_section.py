@@ -20,6 +20,7 @@ class RefinementSection(QWidget):
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._session = session
+        self._is_reading = False
         self._text = WrappedText(name="refine_text")
         self._moves = ReadOnlyTable("refine_moves", "How far each keypoint would move")
         self._moves.setColumnCount(2)
@@ -54,7 +55,7 @@ class RefinementSection(QWidget):
     def draw(self) -> None:
         """Show where the refinement stands."""
         refinement = self._session.view.refinement
-        is_reading = self._session.is_refining
+        self._is_reading = is_reading = self._session.is_refining
         self._text.setText(_READING if is_reading else _IDLE if refinement is None else _PROPOSED)
         self._text.set_color(None if refinement is not None else lambda colors: colors.muted)
         self._refine.setVisible(refinement is None)
@@ -83,7 +84,8 @@ class RefinementSection(QWidget):
 
     @Slot(object)
     def _on_jobs_job_changed(self, _job: Job) -> None:
-        self.draw()
+        if self._session.is_refining != self._is_reading:
+            self.draw()
 
     @Slot()
     def _on_refine_clicked(self) -> None:

@@ -110,8 +110,9 @@ class MainWindow(QMainWindow):
         self.status = StatusLine(session)
         self.status.addPermanentWidget(JobsPanel(session))
         self.setStatusBar(self.status)
-        self._centre_timer = QTimer(self)
-        self._centre_timer.setSingleShot(True)
+        self._actions_timer = QTimer(self, singleShot=True)
+        self._actions_timer.timeout.connect(self._draw_actions)
+        self._centre_timer = QTimer(self, singleShot=True)
         self._centre_timer.timeout.connect(self._draw_centre)
         self._display_memory = DisplayMemory(session, settings, self)
         self._guard = TypingGuard(self.four_up)
@@ -342,7 +343,8 @@ class MainWindow(QMainWindow):
     def _on_jobs_job_changed(self, job: Job) -> None:
         # Only the first and the last change something: progress comes many times a second.
         if job.progress is None or job.state != "running":
-            self._draw_actions()
+            # Once for all the jobs that an opening volume ends and begins.
+            self._actions_timer.start()
             self._centre_timer.start()
 
     @Slot(bool)

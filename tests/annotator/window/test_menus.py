@@ -58,12 +58,12 @@ def test_background_work_is_cancelled(qtbot, window, session):
 
     assert not window.actions_by_name["cancel_jobs"].isEnabled()
     session.jobs.start("Waiting", work, done=lambda _: None, failed=lambda _: None)
-    assert window.actions_by_name["cancel_jobs"].isEnabled()
+    qtbot.waitUntil(window.actions_by_name["cancel_jobs"].isEnabled)
     assert begun.wait(10)
     window.actions_by_name["cancel_jobs"].trigger()
     qtbot.waitUntil(lambda: not session.jobs.running)
     assert stopped.wait(10)
-    assert not window.actions_by_name["cancel_jobs"].isEnabled()
+    qtbot.waitUntil(lambda: not window.actions_by_name["cancel_jobs"].isEnabled())
 
 
 def test_log_is_opened_once_there_is_one(window, monkeypatch, tmp_path):
