@@ -40,7 +40,7 @@ def test_over_200_studies_the_means_are_within_1_percent_and_the_intervals_cover
 
     for name, values, expected in of_each_volume(method, dict(measured_targets(compared, forceps()))):
         assert values.mean() == pytest.approx(expected, rel=0.01), name
-        intervals = [estimate(study, resamples=250).ci95 for study in values.reshape(STUDIES, VOLUMES)]
+        intervals = [estimate(study, resamples=500).ci95 for study in values.reshape(STUDIES, VOLUMES)]
         covered = np.mean([low <= expected <= high for low, high in filter(None, intervals)])
         assert 0.90 <= covered <= 0.98, name
 

@@ -105,7 +105,7 @@ def test_a_mistake_is_named_rightly_unless_another_pose_explains_it(
     spoil = request.getfixturevalue(mistake)
     rng = np.random.default_rng(seed)
     outcomes: Counter[str] = Counter()
-    while outcomes.total() < 120:
+    while outcomes.total() < 300:
         seen_um = noisy(random_pose(forceps, rng), forceps, rng)
         truth = spoil(seen_um, rng)
         if truth is None:
@@ -126,7 +126,7 @@ def test_a_mistake_is_named_rightly_unless_another_pose_explains_it(
             is_tie = truth in named and any(explains(each, document, forceps) for each in rivals)
             outcomes["explained" if is_tie else "missed"] += 1
     counted = outcomes.total() - outcomes["explained"]
-    assert counted > 108, outcomes
+    assert counted > 270, outcomes
     assert outcomes["right"] >= 0.95 * counted, outcomes
     assert outcomes["wrong"] <= 0.01 * counted, outcomes
 
@@ -141,9 +141,9 @@ def test_sound_annotations_are_not_accused(
                 keypoint_document(forceps, noisy(random_pose(forceps, rng), forceps, rng)), forceps
             )
         )
-        for _ in range(300)
+        for _ in range(800)
     )
-    assert accused < 3
+    assert accused < 8
 
 
 def test_sound_parts_of_an_annotation_are_not_accused(
@@ -203,7 +203,7 @@ def test_a_joint_beyond_its_limit_is_named_with_its_angle(
 ) -> None:
     rng = np.random.default_rng(28)
     named = 0
-    for _ in range(20):
+    for _ in range(40):
         angle_deg = float(rng.choice([-1, 1]) * rng.uniform(100, 120))
         pose = random_pose(forceps, rng, margin_deg=10.0)
         pose = replace(pose, angles_deg={**pose.angles_deg, "theta1": angle_deg})
@@ -216,7 +216,7 @@ def test_a_joint_beyond_its_limit_is_named_with_its_angle(
             assert "beyond its limit of" in mistake.text
             told_deg = float(mistake.text.split("would be ")[1].split("°")[0])
             assert abs(told_deg) == pytest.approx(abs(angle_deg), abs=4)
-    assert named >= 15
+    assert named >= 30
 
 
 @pytest.mark.parametrize(("turned", "about"), [("k0", "k1"), ("k5", "k4")])
@@ -304,7 +304,7 @@ def test_mistakes_in_boxes_are_named(
 ) -> None:
     rng = np.random.default_rng(32)
     outcomes: Counter[bool] = Counter()
-    for _ in range(15):
+    for _ in range(30):
         boxes = noisy_boxes(random_pose(forceps, rng, margin_deg=15.0), forceps, rng)
         links = [str(name) for name in rng.permutation(list(boxes))]
         box = boxes[links[0]]
@@ -324,7 +324,7 @@ def test_mistakes_in_boxes_are_named(
         found = likely_mistakes(box_document(forceps, boxes), forceps)
         told = [(each.kind, set(each.parts)) for each in found for each in (each, *each.candidates)]
         outcomes[(kind, parts) in told] += 1
-    assert outcomes[True] >= 14
+    assert outcomes[True] >= 28
 
 
 def test_boxes_whose_roll_nobody_has_set_are_named_with_the_turn(
@@ -332,7 +332,7 @@ def test_boxes_whose_roll_nobody_has_set_are_named_with_the_turn(
 ) -> None:
     rng = np.random.default_rng(33)
     outcomes: Counter[bool] = Counter()
-    for _ in range(15):
+    for _ in range(30):
         pose = random_pose(forceps, rng, margin_deg=25.0)
         turn_deg = float(rng.choice([-1, 1]) * rng.uniform(40, 80))
         about_own_x = rotations.about_axis((1, 0, 0), turn_deg)
@@ -346,7 +346,7 @@ def test_boxes_whose_roll_nobody_has_set_are_named_with_the_turn(
         for mistake in named:
             assert f"link0 by {mistake.turns_deg[0]:+.0f}°" in mistake.text
             assert mistake.turns_deg == pytest.approx([-turn_deg] * 3, abs=20)
-    assert outcomes[True] >= 12
+    assert outcomes[True] >= 24
 
 
 def test_the_one_box_that_is_rolled_is_named(

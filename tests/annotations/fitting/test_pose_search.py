@@ -67,7 +67,7 @@ def test_ideal_samples_lead_back_to_the_pose_that_they_are_of() -> None:
     search = PoseSearch.about(POSE, FORCEPS)
     true_um = keypoints_um(POSE, FORCEPS)
     returned = 0
-    for seed in range(25):
+    for seed in range(40):
         away = search.pose(np.random.default_rng(seed).uniform(-1, 1, 8))
         back = PoseSearch.about(away, FORCEPS)
         change = back.unchanged
@@ -78,7 +78,7 @@ def test_ideal_samples_lead_back_to_the_pose_that_they_are_of() -> None:
         returned += is_near and bool(np.all((left > 0) & (left < 0.1)))
 
     # From one start in a hundred or so, a link settles on its neighbour's samples.
-    assert returned >= 24
+    assert returned >= 39
 
 
 def test_too_few_samples_change_nothing_and_leave_everything() -> None:

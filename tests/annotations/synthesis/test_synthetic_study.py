@@ -196,8 +196,10 @@ def test_a_failure_half_way_leaves_the_folder_as_it_was(
     assert files_in(empty_folder) == set()
 
 
-@pytest.mark.parametrize(("masks", "share"), [(False, 0.7), (True, 0.8)])
-def test_cancelling_leaves_the_folder_as_it_was(empty_folder: Path, masks: bool, share: float) -> None:
+@pytest.mark.parametrize(("masks", "share", "most"), [(False, 0.7, 0.8), (True, 0.8, 0.85)])
+def test_cancelling_leaves_the_folder_as_it_was(
+    empty_folder: Path, masks: bool, share: float, most: float
+) -> None:
     shares: list[float] = []
 
     with pytest.raises(Cancelled):
@@ -213,7 +215,7 @@ def test_cancelling_leaves_the_folder_as_it_was(empty_folder: Path, masks: bool,
         )
 
     assert np.all(np.diff(shares) > 0)
-    assert share < shares[-1] < share + 0.1
+    assert share < shares[-1] < most
     assert list(empty_folder.iterdir()) == []
 
 
