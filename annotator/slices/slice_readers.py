@@ -74,12 +74,15 @@ class Wish:
     axis, index : int
     step : int
         How far, and which way, the view scrolled to get there; 0 after a jump.
+    was_missing : bool
+        Whether it was not in memory then: the view waits until it is told that it has come.
     """
 
     source: SliceSource
     axis: int
     index: int
     step: int
+    was_missing: bool
 
 
 class SliceReaders:
@@ -138,7 +141,8 @@ class SliceReaders:
         """
         with self._changed:
             if self._source is not None:
-                self._wishes[axis] = Wish(self._source, axis, index, step)
+                was_missing = (axis, index) not in self._source.cache
+                self._wishes[axis] = Wish(self._source, axis, index, step, was_missing)
                 self._changed.notify_all()
 
     def stop(self) -> None:
@@ -248,6 +252,11 @@ class SliceReaders:
             return self._is_waited_for(wish) and self._is_pointless(wish, block)
 
     def _is_waited_for(self, wish: Wish) -> bool:
-        """Say whether a view across the axis of a wish waits, after it, for a slice that is to be read."""
+        """Say whether a view across the axis of a wish waits, after it, for a slice.
+
+        Also for one that has come into memory since, with a block that was foreseen: it has yet to be told.
+        """
         newest = self._wishes.get(wish.axis)
-        return newest is not None and (newest.axis, newest.index) not in wish.source.cache
+        return newest is not None and (
+            newest.was_missing or (newest.axis, newest.index) not in wish.source.cache
+        )

@@ -151,6 +151,41 @@ def test_scrolling_through_what_is_in_memory_leaves_reading_ahead_alone(
     fetcher.close()
 
 
+def test_a_slice_that_comes_with_a_foreseen_block_is_told_before_the_next_block_is_read(
+    qtbot: QtBot, session: Session, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slice_reading, "PORTION_BYTES", 1)
+    monkeypatch.setattr(slice_reading, "TOGETHER_BYTES", 4 * _bytes_across_z(session))
+    begun, own_block, next_block = threading.Event(), threading.Event(), threading.Event()
+    read = disk.read
+
+    def read_block_by_block(region: tuple[slice, slice, slice]) -> np.ndarray:
+        if region[2].start == 9:
+            begun.set()
+            assert own_block.wait(30)
+        if region[2].start >= 12:
+            assert next_block.wait(30)
+        return read(region)
+
+    disk.read = read_block_by_block  # type: ignore[method-assign]
+    disk.gate.set()
+    fetcher = SliceFetcher(session)
+    with qtbot.waitSignal(fetcher.slice_arrived):
+        fetcher.fetch(2, 7)
+    source = fetcher._source
+    assert source is not None
+    qtbot.waitUntil(lambda: (2, 4) in source.cache)
+    fetcher.fetch(2, 8)
+    assert begun.wait(30), "the others of its block are being read"
+    assert fetcher.fetch(2, 10) is None
+
+    with qtbot.waitSignal(fetcher.slice_arrived, check_params_cb=lambda image: image.index == 10):
+        own_block.set()
+
+    next_block.set()
+    fetcher.close()
+
+
 def test_a_failing_disk_is_told_once_and_tried_again(
     qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
 ) -> None:
