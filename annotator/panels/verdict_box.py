@@ -1,6 +1,7 @@
 """What a reviewer says of the open volume: who is wrong, and why."""
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer, Slot
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
@@ -9,6 +10,9 @@ from annotator.actions.predictions_table import VERDICT_TITLES
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
 from annotator.session import Session
+
+if TYPE_CHECKING:
+    from annotations.prediction.prediction import CheckpointReference
 
 _COLUMNS = 2
 # Whoever types is left in peace; what was typed is safe soon after.
@@ -25,7 +29,8 @@ class VerdictBox(QWidget):
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._judging = session.judging
-        self._volume: str | None = None
+        self._about: tuple[str | None, CheckpointReference | None] = (None, None)
+        self._is_keeping = False
         self._words = WrappedText(name="verdict_words")
         self._words.set_color(lambda colors: colors.muted)
         self._outdated = WrappedText(_OUTDATED, name="verdict_outdated")
@@ -70,25 +75,38 @@ class VerdictBox(QWidget):
         self._keep_note()
 
     def _keep_note(self) -> None:
-        """Write down what was typed, for the volume for which it was: the next one may be open by now."""
+        """Write down what was typed, for what it was said of: the next volume may be open by now.
+
+        What cannot be written stays in the field; nothing is lost that can still be copied from there.
+        """
         self._rest.stop()
-        if self._volume is not None and self._note.isModified():
+        volume, checkpoint = self._about
+        if self._is_keeping or volume is None or checkpoint is None or not self._note.isModified():
+            return
+        typed = self._note.text()
+        # Writing makes this box draw itself, by then perhaps for something else.
+        self._is_keeping = True
+        try:
+            is_kept = self._judging.write_note(volume, checkpoint, typed)
+        finally:
+            self._is_keeping = False
+        if is_kept and self._note.text() == typed:
             self._note.setModified(False)
-            self._judging.write_note(self._volume, self._note.text())
 
     @Slot()
     def _draw(self) -> None:
         judging = self._judging
         volume = judging.open_volume
-        if volume != self._volume:
+        about = (volume, judging.checkpoint)
+        if about != self._about:
             self._keep_note()
         judgement = judging.open_judgement
         own = judgement.own
         note = own.note if own is not None else ""
         # An equal one would take the cursor from where it is being typed.
-        if (volume != self._volume or not self._note.isModified()) and note != self._note.text():
+        if (about != self._about or not self._note.isModified()) and note != self._note.text():
             self._note.setText(note)
-        self._volume = volume
+        self._about = about
         others = judgement.lines[1:] if own is not None else judgement.lines
         words = _NO_ROW if volume is None else "\n".join(others)
         self._words.setText(words)

@@ -111,9 +111,15 @@ class Judging(QObject):
         volume = self.open_volume
         return _NOTHING_SAID if volume is None else self.judgement(volume)
 
+    @property
+    def checkpoint(self) -> "CheckpointReference | None":
+        """The checkpoint in use, if its errors are there."""
+        table = self._reviewing.table
+        return None if table is None else table.checkpoint
+
     def judgement(self, volume: str) -> Judgement:
         """Return what is said of a volume, about the checkpoint in use."""
-        checkpoint = self._checkpoint()
+        checkpoint = self.checkpoint
         if checkpoint is None:
             return _NOTHING_SAID
         by_volume = self._by_volume.result(_by_volume, self._lists.get(checkpoint.sha256))
@@ -126,7 +132,7 @@ class Judging(QObject):
         from annotations.prediction.verdict_file import record_verdict, withdraw_verdict  # late: few judge
         from annotations.prediction.verdicts import verdict_on
 
-        row, checkpoint, before = self._row(), self._checkpoint(), self.open_judgement
+        row, checkpoint, before = self._row(), self.checkpoint, self.open_judgement
         if row is None or checkpoint is None:
             self._session.post_message(_NO_ROW)
             return
@@ -136,41 +142,52 @@ class Judging(QObject):
         said = verdict_on(row, checkpoint, verdict, "" if before.own is None else before.own.note)
         self._write(checkpoint, partial(record_verdict, verdict=said))
 
-    def write_note(self, volume: str, note: str) -> None:
-        """Write a note to the person's verdict on a volume."""
+    def write_note(self, volume: str, checkpoint: "CheckpointReference", note: str) -> bool:
+        """Write a note to the person's verdict on a volume; False where it cannot be written.
+
+        Parameters
+        ----------
+        volume : str
+            Its id.
+        checkpoint : CheckpointReference
+            On whose prediction the verdict is; another one may be in use by now.
+        note : str
+        """
         from annotations.prediction.verdict_file import record_verdict  # late: few judge
 
-        own, checkpoint = self.judgement(volume).own, self._checkpoint()
-        if own is not None and checkpoint is not None and own.note != note:
-            said = changed(own, note=note)
-            self._write(checkpoint, partial(record_verdict, verdict=said))
+        lists = self._lists.get(checkpoint.sha256, ())
+        mine = next((each for each in lists if each.reviewer == self._session.person), None)
+        own = None if mine is None else mine.on(volume)
+        if own is None or own.note == note:
+            return True
+        return self._write(checkpoint, partial(record_verdict, verdict=changed(own, note=note)))
 
     def _write(
         self, checkpoint: "CheckpointReference", write: "Callable[[Path, str, str, str], VerdictList]"
-    ) -> None:
-        """Write the person's file at once, as a small one: who goes on has nothing to lose."""
+    ) -> bool:
+        """Write the person's file at once, as a small one: who goes on has nothing to lose.
+
+        False where it cannot be written.
+        """
         person = self._session.person
         try:
             written = write(self._session.worklist.folder, checkpoint.name, checkpoint.sha256, person)
         except UserError as error:
             self._session.report(error)
             self.changed.emit()
-            return
+            return False
         others = (each for each in self._lists.get(checkpoint.sha256, ()) if each.reviewer != person)
         self._lists[checkpoint.sha256] = (*others, written)
         self.changed.emit()
+        return True
 
     def _row(self) -> "ErrorsOfVolume | None":
         return self._reviewing.row_of(self._reviewing.open_volume)
 
-    def _checkpoint(self) -> "CheckpointReference | None":
-        table = self._reviewing.table
-        return None if table is None else table.checkpoint
-
     def _is_outdated(self, verdict: "VolumeVerdict") -> bool:
         from annotations.prediction.verdicts import is_stale  # late: few judge
 
-        checkpoint = self._checkpoint()
+        checkpoint = self.checkpoint
         row = self._reviewing.row_of(verdict.volume)
         return checkpoint is not None and is_stale(verdict, row, checkpoint.sha256)
 

@@ -20,6 +20,8 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
+from annotations.durable_files import SaveError
+from annotations.prediction import verdict_file
 from annotations.prediction.verdict_file import load_verdicts, record_verdict
 from annotations.prediction.verdicts import verdict_on
 from annotator.panels.error_plots_page import ErrorPlotsPage
@@ -427,6 +429,39 @@ def test_a_note_is_kept_with_the_verdict(
     assert isinstance(text, QLineEdit)
     text.setText("shadow")
     assert volumes(panel) == ["v001"]
+
+
+def test_a_note_that_cannot_be_written_stays_in_the_field(
+    qtbot: QtBot, rita: Session, panel: PredictionsPanel, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    review(qtbot, rita)
+    qtbot.mouseClick(button(panel, "verdict_model_wrong"), LEFT)
+
+    def full(*_args: object, **_fields: object) -> None:
+        raise SaveError("the disk is full", where=folder)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(verdict_file, "record_verdict", full)
+        with qtbot.waitSignal(rita.error_raised):
+            qtbot.keyClicks(note(panel), "a long thought")
+    assert note(panel).text() == "a long thought"
+    assert said_on(folder, "v001") == ""
+
+    qtbot.keyClicks(note(panel), " more")
+    qtbot.waitUntil(lambda: said_on(folder, "v001") == "a long thought more")
+
+
+def test_a_note_goes_to_the_verdict_for_which_it_was_typed(
+    qtbot: QtBot, rita: Session, panel: PredictionsPanel, folder: Path
+) -> None:
+    review(qtbot, rita, SECOND, FIRST)
+    qtbot.mouseClick(button(panel, "verdict_model_wrong"), LEFT)
+    qtbot.keyClicks(note(panel), "of the first")
+
+    rita.predicting.choose(SECOND.sha256)
+
+    assert said_on(folder, "v001") == "of the first"
+    assert note(panel).text() == ""
 
 
 def test_a_verdict_on_what_was_changed_since_is_marked_and_given_anew(
