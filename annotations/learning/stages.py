@@ -17,7 +17,13 @@ def said_settings(training: TrainingSummary) -> TrainingSettings | None:
 
 def learned_seeds(training: TrainingSummary) -> frozenset[int]:
     """Return the seeds of the synthetic volumes from which a network has learned, now and before."""
-    return frozenset(settings.synthetic.seed for settings in _all(training) if settings.synthetic.volumes)
+    return frozenset(
+        settings.synthetic.seed
+        for stage in training.stages
+        if (settings := said_settings(stage)) is not None
+        # Annotated volumes may have been mixed with some of that seed, too.
+        and (settings.synthetic.volumes or stage.synthetic_volumes)
+    )
 
 
 def seen_seeds(training: TrainingSummary) -> frozenset[int]:

@@ -5,7 +5,13 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from annotations.learning.stages import learned_fingerprints, learned_volumes, said_settings, seen_seeds
+from annotations.learning.stages import (
+    learned_fingerprints,
+    learned_seeds,
+    learned_volumes,
+    said_settings,
+    seen_seeds,
+)
 from annotations.prediction.checkpoint_description import TrainingOrigin, TrainingSummary
 from annotations.prediction.training_words import training_in_words
 from tests.annotations.learning.tiny_training import tiny_settings
@@ -37,6 +43,9 @@ def test_what_any_stage_has_seen_counts() -> None:
     assert seen_seeds(last) == {5, 8, 9}
     assert [learned_volumes(last, seed) for seed in (5, 6, 7)] == [42, 0, 0]
     assert learned_fingerprints(last) == {FIRST, SECOND}
+    # Among annotated volumes, with none before them.
+    mixed = stage(last, settings=settings(7, 0), synthetic_volumes=3)
+    assert learned_seeds(mixed) == {5, 7}
 
 
 def test_settings_of_another_program_say_nothing() -> None:
