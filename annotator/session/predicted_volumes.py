@@ -1,5 +1,6 @@
 """Which volumes of the list the checkpoint in use has predicted."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -11,6 +12,15 @@ from annotator.session.worklist import WorkItem
 
 Place = tuple[Path, str | None]
 """A volume: its file, and which of the arrays in there."""
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """What is looked for: of which checkpoint, in which folders, and for which volumes."""
+
+    sha256: str
+    folders: tuple[Path, ...]
+    places: frozenset[Place]
 
 
 class PredictedVolumes(QObject):
@@ -29,7 +39,7 @@ class PredictedVolumes(QObject):
         self._session = session
         self._predicting = predicting
         self._places: frozenset[Place] = frozenset()
-        self._looked_for: tuple[tuple[Path, ...], str] | None = None
+        self._looked_for: _Wanted | None = None
         self._looking: Job | None = None
         predicting.checkpoints_changed.connect(self._on_asked_otherwise)
         predicting.predicted.connect(self._look)
@@ -56,9 +66,12 @@ class PredictedVolumes(QObject):
             return (worklist.folder,)
         return tuple(sorted({item.volume_path.parent for item in worklist.items}))
 
-    def _wanted(self) -> tuple[tuple[Path, ...], str] | None:
+    def _wanted(self) -> "_Wanted | None":
         checkpoint = self._predicting.current
-        return None if checkpoint is None else (self._folders(), checkpoint.sha256)
+        if checkpoint is None:
+            return None
+        places = frozenset((item.volume_path, item.dataset) for item in self._session.items)
+        return _Wanted(checkpoint.sha256, self._folders(), places)
 
     def _look(self) -> None:
         from annotations.prediction.prediction_file import predicted_volumes  # late: few sessions predict
@@ -66,21 +79,25 @@ class PredictedVolumes(QObject):
         if self._looking is not None:
             self._session.jobs.cancel(self._looking)
             self._looking = None
-        self._looked_for = self._wanted()
-        checkpoint, folders, items = self._predicting.current, self._folders(), self._session.items
-        if checkpoint is None:
+        before, wanted = self._looked_for, self._wanted()
+        self._looked_for = wanted
+        checkpoint = self._predicting.current
+        if checkpoint is None or wanted is None:
             self._take(frozenset())
             return
-        name, sha256 = checkpoint.description.name, checkpoint.sha256
+        if before is not None and before.sha256 != wanted.sha256:
+            # What another one has predicted is no answer, not even for a while.
+            self._take(frozenset())
+        name = checkpoint.description.name
 
         def work(_progress: object, _cancelled: object) -> frozenset[Place]:
-            kept = {place for folder in folders for place in predicted_volumes(folder, name, sha256)}
+            kept = {
+                place for folder in wanted.folders for place in predicted_volumes(folder, name, wanted.sha256)
+            }
             # Whoever opens a file with one array need not say which.
             kept |= {(path, None) for path, _ in kept}
             return frozenset(
-                (item.volume_path, item.dataset)
-                for item in items
-                if (item.volume_path.resolve(), item.dataset) in kept
+                (path, dataset) for path, dataset in wanted.places if (path.resolve(), dataset) in kept
             )
 
         self._looking = self._session.jobs.start(
@@ -97,8 +114,9 @@ class PredictedVolumes(QObject):
         self._take(places)
 
     def _on_job_failed(self, _error: Exception) -> None:
-        # A share that does not answer now: whoever opens a volume will hear of it.
-        self._looking = None
+        # A share that does not answer now: whoever opens a volume will hear of it. It is asked again with the
+        # next change.
+        self._looking = self._looked_for = None
 
     def _on_asked_otherwise(self) -> None:
         if self._wanted() != self._looked_for:

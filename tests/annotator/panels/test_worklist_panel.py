@@ -14,7 +14,9 @@ from annotations.documents.edits import set_flag
 from annotations.documents.files import load_annotation, save_annotation
 from annotations.documents.locks import holder_of
 from annotations.documents.provenance import Stamps
-from annotations.documents.study import CONSENSUS, ViewingRules
+from annotations.documents.record import changed
+from annotations.documents.study import CONSENSUS, ViewingRules, load_study, save_study
+from annotations.prediction import prediction_file
 from annotations.volumes import write_sidecar
 from annotator.panels.worklist_model import PREDICTED, TIME
 from annotator.panels.worklist_panel import WorklistPanel
@@ -23,7 +25,7 @@ from annotator.session.options import SessionOptions
 from annotator.session.worklist import read_worklist
 from tests.annotator.blind_study import IDS, annotate, write_study
 from tests.annotator.conftest import open_and_wait
-from tests.annotator.reviewed_study import FIRST, predict, write_reviewed
+from tests.annotator.reviewed_study import FIRST, SECOND, predict, write_reviewed
 
 LEFT = Qt.MouseButton.LeftButton
 ROLE = Qt.ItemDataRole
@@ -415,3 +417,43 @@ def test_volumes_that_the_checkpoint_in_use_has_predicted_are_marked(
     with qtbot.waitSignal(empty_session.predicted_volumes.changed):
         empty_session.predicting.load(replace(FIRST, sha256="3" * 64))
     assert items.isColumnHidden(PREDICTED)
+
+
+def test_marks_of_another_checkpoint_go_at_once_and_a_failed_look_is_repeated(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_and_wait(qtbot, empty_session, write_reviewed(tmp_path / "study"))
+    marks, predicting = empty_session.predicted_volumes, empty_session.predicting
+    with qtbot.waitSignal(marks.changed):
+        predicting.load(FIRST)
+
+    def lost(*_: object) -> tuple[()]:
+        raise OSError("the share does not answer")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(prediction_file, "predicted_volumes", lost)
+        predicting.load(SECOND)
+        assert not marks.is_any
+        qtbot.waitUntil(lambda: not empty_session.jobs.running)
+    with qtbot.waitSignal(marks.changed):
+        predicting.choose(SECOND.sha256)
+        predicting.checkpoints_changed.emit()
+
+    assert all(marks.has(item) for item in empty_session.items)
+
+
+def test_a_volume_that_is_found_later_is_looked_for(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path
+) -> None:
+    folder = write_reviewed(tmp_path / "study")
+    study = load_study(folder)
+    save_study(changed(study, volumes=study.volumes[:2]), folder)
+    open_and_wait(qtbot, empty_session, folder)
+    with qtbot.waitSignal(empty_session.predicted_volumes.changed):
+        empty_session.predicting.load(FIRST)
+
+    save_study(study, folder)
+    with qtbot.waitSignal(empty_session.predicted_volumes.changed):
+        empty_session.open_path(folder)
+
+    assert [empty_session.predicted_volumes.has(item) for item in empty_session.items] == [True] * 3
