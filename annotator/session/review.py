@@ -84,7 +84,8 @@ class Review:
             read is not None
             and read.path == path
             and (annotation.status == "done" or self.read.wanted.unfinished)
-            and any(standing(part) == "counted" for part in annotation.parts)
+            # Where it was all simulated before, others of the study may speak no more now that it is not.
+            and all(_is_counted(each) for each in (read.annotation, annotation))
         )
 
     @property
@@ -124,7 +125,9 @@ def computed_review(
     return _review_of(folder, tuple(checkpoints), read, marks)
 
 
-def changed_review(review: Review, volume: str, annotation: Annotation, path: Path) -> Review:
+def changed_review(
+    review: Review, volume: str, annotation: Annotation, path: Path, saved: FileMarks
+) -> Review:
     """Return a review after an annotation that speaks for a volume was saved here; only that volume is new.
 
     How far people are apart stays as it was read, which one volume of many hardly moves.
@@ -137,10 +140,12 @@ def changed_review(review: Review, volume: str, annotation: Annotation, path: Pa
     annotation : Annotation
         As it was saved.
     path : Path
-        Where: what this file was like is not to be taken for a change by somebody else.
+        Where.
+    saved : frozenset
+        The mark of that file right after it was saved: that is no change by somebody else.
     """
     truths = review.read.truths.with_annotation(volume, annotation)
-    marks = frozenset(each for each in review.marks if each[0] != path) | file_marks([path])
+    marks = frozenset(each for each in review.marks if each[0] != path) | saved
     return _review_of(review.folder, review.checkpoints, replace(review.read, truths=truths), marks)
 
 
@@ -165,3 +170,8 @@ def _review_of(
     ]
     material = report_material(read.truths.tool, read.wanted, tables, read.predictions, folder)
     return Review(folder, checkpoints, material, marks, read)
+
+
+def _is_counted(annotation: Annotation) -> bool:
+    """Say whether a person has placed any part of an annotation."""
+    return any(standing(part) == "counted" for part in annotation.parts)

@@ -9,6 +9,7 @@ from annotations.documents.annotation import Annotation
 from annotations.errors import UserError
 from annotator.session.agreeing import Agreeing, subject_of
 from annotator.session.jobs import Job
+from annotator.session.opinion_watch import file_marks
 from annotator.session.predicting import Predicting
 from annotator.session.remembered import Remembered
 from annotator.session.review import Review, changed_review, computed_review, review_marks
@@ -277,9 +278,10 @@ class Reviewing(QObject):
             return False
         if self.refusal or not review.is_spoken_by(volume, document, path):
             return False
+        saved = file_marks([path])
         self._computing = self._session.jobs.start(
             "Computing the errors",
-            lambda _progress, _cancelled: changed_review(review, volume, document, path),
+            lambda _progress, _cancelled: changed_review(review, volume, document, path, saved),
             done=self._take,
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,

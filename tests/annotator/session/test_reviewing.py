@@ -9,6 +9,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from annotations.documents.files import DocumentFile
+from annotations.documents.record import changed
 from annotations.documents.study import ViewingRules
 from annotations.errors import UserError
 from annotations.prediction.verdict_file import verdict_path
@@ -296,6 +297,21 @@ def test_after_an_edit_of_ones_own_no_other_volume_is_read_again(
     qtbot.waitUntil(lambda: not anna.jobs.running)
     assert not anna.reviewing.is_stale
     anna.shut_down()
+
+
+def test_a_volume_of_which_all_was_computed_before_is_not_followed_alone(
+    qtbot: QtBot, rita: Session, folder: Path
+) -> None:
+    review(qtbot, rita)
+    found, path = rita.reviewing.review, annotation_of(folder, "v001")
+    assert found is not None
+    spoken = found.read.truths.by_volume["v001"].annotation
+    keypoints = tuple(changed(each, source="synthesized") for each in spoken.keypoints)
+    truths = found.read.truths.with_annotation("v001", changed(spoken, keypoints=keypoints))
+
+    assert found.is_spoken_by("v001", spoken, path)
+    # Once a person has placed something, what was synthesised speaks for no other volume of the study.
+    assert not replace(found, read=replace(found.read, truths=truths)).is_spoken_by("v001", spoken, path)
 
 
 def test_verdicts_that_cannot_be_read_keep_no_errors_from_being_shown(
