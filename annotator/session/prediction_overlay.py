@@ -69,6 +69,7 @@ class PredictionOverlay(QObject):
         self._heatmaps: VolumeHeatmaps | None = None
         self._are_heatmaps_refused = False
         self._is_awaited = False
+        self._awaited_index: int | None = None
         self._is_shown = False
         self._reason = ""
         self._announced: tuple[Prediction | None, ShownPrediction | None, str] = (None, None, "")
@@ -117,8 +118,12 @@ class PredictionOverlay(QObject):
         self.reread()
 
     def await_prediction(self) -> None:
-        """Turn the layer on as soon as there is a prediction of what is open, if it may be seen then."""
-        self._is_awaited = True
+        """Turn the layer on as soon as there is a prediction of what is open, if it may be seen then.
+
+        Where nothing is open it is the next volume that is meant, and never one further on: whoever is shown
+        a prediction has that written into their document.
+        """
+        self._is_awaited, self._awaited_index = True, self._session.current_index
         self._show_awaited()
 
     def reread(self) -> None:
@@ -278,6 +283,9 @@ class PredictionOverlay(QObject):
         self._session.report(error)
 
     def _on_session_volume_changed(self) -> None:
+        if self._awaited_index is None:
+            self._awaited_index = self._session.current_index
+        self._is_awaited = self._is_awaited and self._awaited_index == self._session.current_index
         self._forget()
         self.reread()
 

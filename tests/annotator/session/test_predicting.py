@@ -285,6 +285,13 @@ class TestShown:
         assert {solid.kind for solid in shown.solids} == {"prediction"}
         assert all(pair.confidence is not None for pair in shown.pairs)
 
+    def test_it_is_not_awaited_on_another_volume(self, qtbot, reviewing, predicting):
+        predict(qtbot, reviewing, [1])
+        reviewing.open_item(1)
+        settle(qtbot, reviewing)
+        assert predicting.prediction is not None
+        assert "prediction" not in reviewing.view.layers
+
     def test_the_errors_are_those_of_the_published_formulas(self, qtbot, reviewing, predicting, folder):
         predict(qtbot, reviewing, [0])
         errors = predicting.shown.errors
