@@ -17,6 +17,8 @@ PREDICTION_FILE = DocumentFile(
 )
 PREDICTIONS = "predictions"
 """Name of the folder in which predictions are kept, one folder a checkpoint in it."""
+VERDICTS = "verdicts"
+"""Name of the folder in which a study keeps verdicts; the folders in it are called as in the other one."""
 
 _FIRST_LETTERS = 8
 _UNREADABLE = (OSError, ValueError, TypeError, KeyError, AttributeError)
@@ -67,15 +69,17 @@ def save_prediction(prediction: Prediction, path: Path) -> None:
 def checkpoint_folder(folder: Path, checkpoint_name: str, checkpoint_sha256: str) -> Path:
     """Return where a study, or a folder of volumes, keeps what a checkpoint says: ``predictions/<name>``.
 
-    Where that holds what another file of the same name says, as after a new training, it is
-    ``predictions/<name>-<first letters of the SHA-256>``: neither overwrites the other. A checkpoint that has
-    got such a folder stays with it. Names that no folder can have are changed to some that one can
-    (`folder_name`).
+    Where that holds what another file of the same name says, as after a new training, or where verdicts on
+    another are all that is left, it is ``predictions/<name>-<first letters of the SHA-256>``: neither
+    overwrites the other. A checkpoint that has got such a folder stays with it. Names that no folder can have
+    are changed to some that one can (`folder_name`).
     """
     usual = folder / PREDICTIONS / folder_name(checkpoint_name)
     apart = folder / PREDICTIONS / folder_name(f"{checkpoint_name}-{checkpoint_sha256[:_FIRST_LETTERS]}")
-    is_taken = apart.is_dir() or _holder_sha256(usual) not in (None, checkpoint_sha256)
-    return apart if is_taken else usual
+    if apart.is_dir():
+        return apart
+    holder_sha256 = _holder_sha256(usual) or _judged_sha256(folder / VERDICTS / usual.name)
+    return usual if holder_sha256 in (None, checkpoint_sha256) else apart
 
 
 def study_prediction_path(folder: Path, checkpoint_name: str, checkpoint_sha256: str, volume_id: str) -> Path:
@@ -121,6 +125,14 @@ def _holder_sha256(folder: Path) -> str | None:
     for path in sorted(folder.glob("*.json")):
         with contextlib.suppress(*_UNREADABLE):
             return str(json.loads(path.read_bytes())["checkpoint"]["sha256"])
+    return None
+
+
+def _judged_sha256(folder: Path) -> str | None:
+    """Return on whose predictions the verdicts in a folder are: the first that can be read; None without."""
+    for path in sorted(folder.glob("*.json")):
+        with contextlib.suppress(*_UNREADABLE, IndexError):
+            return str(json.loads(path.read_bytes())["verdicts"][0]["checkpoint_sha256"])
     return None
 
 

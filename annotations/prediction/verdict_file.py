@@ -9,14 +9,12 @@ from annotations.documents.record import changed
 from annotations.documents.study import folder_name
 from annotations.documents.write_guard import writing_beside
 from annotations.durable_files import SaveError, replace_durably
-from annotations.prediction.prediction_file import checkpoint_folder
+from annotations.prediction.prediction_file import VERDICTS, checkpoint_folder
 from annotations.prediction.verdicts import SCHEMA, VerdictList, VolumeVerdict
 
 VERDICT_FILE = DocumentFile(
     VerdictList, SCHEMA, "a file of verdicts", "Correct the file, or move it away and judge again"
 )
-VERDICTS = "verdicts"
-"""Name of the folder in which a study keeps verdicts, one folder a checkpoint in it."""
 
 
 def verdict_path(folder: Path, checkpoint_name: str, checkpoint_sha256: str, reviewer: str) -> Path:

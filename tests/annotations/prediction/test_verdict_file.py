@@ -128,6 +128,19 @@ def test_reviewers_and_checkpoints_have_files_of_their_own(tmp_path: Path) -> No
     assert path.is_file()
 
 
+def test_verdicts_stay_with_their_checkpoint_after_its_predictions_are_deleted(tmp_path: Path) -> None:
+    name, later = CHECKPOINT.name, "e" * 64
+    kept = record(tmp_path, on("v1"))
+
+    # A later file of the same name, before it has predicted anything.
+    record_verdict(tmp_path, name, later, "rita", on("v1", checkpoint_sha256=later, note="new"))
+
+    assert load_verdicts(tmp_path, name, CHECKPOINT.sha256, "rita") == kept
+    apart = load_verdicts(tmp_path, name, later, "rita")
+    assert apart is not None
+    assert [each.checkpoint_sha256 for each in apart.verdicts] == [later]
+
+
 def test_two_windows_of_one_person_lose_nothing(tmp_path: Path) -> None:
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(lambda number: record(tmp_path, on(f"v{number}")), range(24)))
