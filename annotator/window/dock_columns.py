@@ -54,6 +54,7 @@ class DockColumns(QObject):
         self._has_moved_predictions = False
         self._has_hidden_keypoints = False
         docks["predictions"].visibilityChanged.connect(self._on_predictions_visibility_changed)
+        docks["keypoints"].visibilityChanged.connect(self._on_keypoints_visibility_changed)
 
     def stack(self) -> None:
         """Put panels behind each other where the window is too small.
@@ -191,6 +192,11 @@ class DockColumns(QObject):
         if self._is_arranged:
             # Once it is laid out.
             QTimer.singleShot(0, self, partial(self._make_room_for_review, is_visible))
+
+    def _on_keypoints_visibility_changed(self, is_visible: bool) -> None:
+        if is_visible:
+            # Whoever hides them from now on does so for good.
+            self._has_hidden_keypoints = False
 
     def _make_room_for_review(self, is_reviewing: bool) -> None:
         """Give predictions a height in which tables can be read: of a low column all, while they are seen."""

@@ -192,6 +192,23 @@ def test_predictions_have_a_low_column_to_themselves_as_long_as_they_are_seen(
     assert not keypoints.isHidden()
 
 
+def test_keypoints_that_a_person_hides_while_reviewing_stay_hidden(
+    qtbot: QtBot, open_window: Callable[[int, int], MainWindow]
+) -> None:
+    window = open_window(1024, 700)
+    show_predictions(qtbot, window)
+    keypoints = dock(window, "keypoints")
+    qtbot.waitUntil(keypoints.isHidden)
+    keypoints.show()
+    qtbot.waitUntil(lambda: not keypoints.visibleRegion().isEmpty())
+    keypoints.hide()
+
+    dock(window, "pose").raise_()
+    qtbot.waitUntil(lambda: not dock(window, "pose").visibleRegion().isEmpty())
+    qtbot.wait(50)
+    assert keypoints.isHidden()
+
+
 def test_predictions_go_behind_the_pose_in_a_window_that_becomes_narrow(
     qtbot: QtBot, open_window: Callable[[int, int], MainWindow]
 ) -> None:
