@@ -13,7 +13,7 @@ from annotations.errors import UserError
 from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
 from annotations.prediction.prediction import Prediction
 from annotations.prediction.prediction_file import (
-    PREDICTIONS,
+    checkpoint_folder,
     loose_prediction_path,
     save_prediction,
     study_prediction_path,
@@ -49,9 +49,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Predict each volume; return the exit code."""
     _check_use(arguments)
     wanted = list(_wanted(arguments))
-    # Before anything is predicted.
-    check_writable(arguments.output if arguments.study is None else arguments.study / PREDICTIONS)
     checkpoint = load_checkpoint(find_checkpoint(arguments.checkpoint))
+    # Before anything is predicted.
+    check_writable(_folder(checkpoint, arguments))
     predictor = Predictor(checkpoint, Runtime(checkpoint))
     code = 0
     for number, volume in enumerate(wanted):
@@ -115,6 +115,12 @@ def _predict(
         "left_out": list(prediction.pose.left_out) if prediction.pose else [],
     }
     return fields, _in_words(prediction, wanted.path, path)
+
+
+def _folder(checkpoint: Checkpoint, arguments: argparse.Namespace) -> Path:
+    if arguments.study is None:
+        return Path(arguments.output)
+    return checkpoint_folder(arguments.study, checkpoint.description.name, checkpoint.sha256)
 
 
 def _prediction_path(
