@@ -75,7 +75,8 @@ def changed(record: R, **fields: Any) -> R:
     values = {name: getattr(record, name) for name in kind.model_fields}
     copy = kind(**(values | fields))
     # Pydantic notes for each record which of its fields were given; here they all are. One note for all of
-    # them: thousands of documents are kept to be undone, and half of what each takes were its notes.
+    # them: thousands of documents are kept to be undone, and half of what each takes were its notes. Nobody
+    # may change it in place; pydantic itself copies it.
     object.__setattr__(copy, "__pydantic_fields_set__", _all_fields(kind))
     return copy
 

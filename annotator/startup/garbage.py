@@ -27,7 +27,7 @@ class GarbageCollection(QObject):
         self._timer.start()
 
     def settle(self) -> None:
-        """Leave all that is there by now out of further collections: imported modules do not become garbage.
+        """Leave what is there by now out of further collections: modules and window do not become garbage.
 
         With Mayavi's it would take an eighth of a second to look at them all, again and again; and also this
         once, for what is little.
