@@ -88,7 +88,7 @@ class LeftOut:
     volume_id : str
     kind : str
         Of a volume ``unannotated``: there is nothing by this method; and ``several``: nobody said who speaks
-        for it. Of an annotation ``unfinished``: it is not done; ``unplaced``: nobody placed anything in it;
+        for it. Of an annotation ``unplaced``: nobody placed anything in it; ``unfinished``: it is not done;
         and ``unusable``: it cannot be read, or is of another tool; its volume has no row then, unless every
         annotation has one.
     reason : str
@@ -206,7 +206,11 @@ def _has_positions(document: SpeakingDocument) -> bool:
 
 
 def _has_placed(document: SpeakingDocument) -> bool:
-    return any(standing(part) == "counted" for part in document.annotation.parts)
+    return _any_counted(document.annotation)
+
+
+def _any_counted(annotation: Annotation) -> bool:
+    return any(standing(part) == "counted" for part in annotation.parts)
 
 
 def _is_simulated(document: SpeakingDocument) -> bool:
@@ -228,8 +232,7 @@ def _chosen(
         elif counts(one):
             documents.append(one)
         else:
-            reason = f"nobody placed anything in {_whose(one.annotator)}"
-            left_out.append(LeftOut(volume.id, "unplaced", reason, one.annotator))
+            left_out.append(_unplaced(volume, one.annotator))
     if not found:
         who = "nobody has" if choice.annotator is None else f"{choice.annotator} has not"
         yield LeftOut(volume.id, "unannotated", f"{who} annotated it by {choice.method}")
@@ -255,6 +258,9 @@ def _read(
     try:
         annotation, sha256 = load_annotation(candidate.path)
         if annotation.status != "done" and not choice.unfinished:
+            # Opening a volume, or looking at a prediction, begins an annotation: that is no work yet.
+            if not _any_counted(annotation):
+                return _unplaced(volume, candidate.annotator)
             return LeftOut(
                 volume.id, "unfinished", f"{_whose(candidate.annotator)} is not done", candidate.annotator
             )
@@ -285,6 +291,10 @@ def _read(
         own_tool,
         stale=_staleness(candidate.path, annotation),
     )
+
+
+def _unplaced(volume: StudyVolume, annotator: str) -> LeftOut:
+    return LeftOut(volume.id, "unplaced", f"nobody placed anything in {_whose(annotator)}", annotator)
 
 
 def _whose(annotator: str) -> str:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 _NO_CHECKPOINT = "Load a checkpoint, a trained network, to see what it makes of these volumes."
 _NO_PREDICTIONS = "This checkpoint has predicted nothing here yet: let it predict the study."
 _NONE_JUDGED = "Of what was predicted no errors can be told."
+_OTHER_TRUTH = "Whose annotations are the truth can be chosen above."
 _NOT_COMPUTED = "The errors have not been computed yet."
 _COMPUTING = "Computing the errors…"
 _CHANGED = "Predictions or annotations have changed since."
@@ -272,7 +273,7 @@ class PredictionsPanel(QWidget):
         if not table.rows and not table.unjudged:
             return f"{_sentence(unfitness)}." if unfitness else _NO_PREDICTIONS
         if not table.rows:
-            return f"{_NONE_JUDGED} {left_out}"
+            return f"{_NONE_JUDGED} {left_out} {_OTHER_TRUTH}"
         doing = _COMPUTING if reviewing.is_computing else _CHANGED if reviewing.is_stale else ""
         told = (f"Computed at {review.at:%H:%M}.", doing, left_out, unfitness and f"{_sentence(unfitness)}.")
         # Of verdicts that cannot be read: whose, which file, and what to do.

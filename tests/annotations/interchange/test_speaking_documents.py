@@ -120,6 +120,12 @@ def test_a_study_of_nothing_but_a_simulation_is_exported(make_study: MakeStudy, 
 
     assert read_hdf5(tmp_path / "t.h5")[0]["document/annotator"].tolist() == ["truth", "truth"]
     assert reasons(exported) == [("v001", "unplaced")]
+    # Whoever has only looked has done nothing.
+    begun = study.document(1, "anna")
+    for part in begun.parts:
+        begun = clear(begun, part.name)
+    study.save(set_status(begun, "in_progress"))
+    assert export_targets(study.folder, tmp_path / "looked.h5").rows == 2
     study.add(1, "anna", status="in_progress")
     with pytest.raises(UserError, match="nobody placed anything in net's annotation"):
         export_targets(study.folder, tmp_path / "begun.h5")
