@@ -94,4 +94,5 @@ def _ci95(n: int, k: int, icc: float, msr: float, msc: float, mse: float) -> tup
         return None
     low = n * (msr - f_low * mse) / (f_low * between + n * msr)
     high = n * (f_high * msr - mse) / (between + n * f_high * msr)
-    return low, high
+    # Where both are the same, rounding may turn them round.
+    return min(low, high), max(low, high)
