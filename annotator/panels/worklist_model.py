@@ -181,16 +181,17 @@ def _mark(status: ItemStatus) -> QIcon:
 
 
 def _flag() -> QIcon:
-    palette = QGuiApplication.palette()
-    icon = QIcon(_flag_pixmap(theme.colors(palette).warning))
-    icon.addPixmap(_flag_pixmap(palette.highlightedText().color()), QIcon.Mode.Selected)
-    return icon
+    return _two_colored(_flag_pixmap, theme.colors(QGuiApplication.palette()).warning)
 
 
 def _predicted() -> QIcon:
-    palette = QGuiApplication.palette()
-    icon = QIcon(_predicted_pixmap(theme.colors(palette).muted))
-    icon.addPixmap(_predicted_pixmap(palette.highlightedText().color()), QIcon.Mode.Selected)
+    return _two_colored(_predicted_pixmap, theme.colors(QGuiApplication.palette()).muted)
+
+
+def _two_colored(draw: Callable[[QColor], QPixmap], color: QColor) -> QIcon:
+    """Return an icon that has a colour of its own, and that of the text where its row is selected."""
+    icon = QIcon(draw(color))
+    icon.addPixmap(draw(QGuiApplication.palette().highlightedText().color()), QIcon.Mode.Selected)
     return icon
 
 

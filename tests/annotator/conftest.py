@@ -85,6 +85,13 @@ def open_and_wait(qtbot: QtBot, session: Session, path: Path) -> None:
     qtbot.waitUntil(lambda: not session.jobs.running)
 
 
+def _opened(qtbot: QtBot, options: SessionOptions, path: Path) -> Iterator[Session]:
+    session = Session(options)
+    open_and_wait(qtbot, session, path)
+    yield session
+    session.shut_down()
+
+
 @pytest.fixture
 def session(qtbot: QtBot, empty_session: Session, volume_path: Path) -> Session:
     """A session with the small volume open and all its levels there."""
@@ -95,19 +102,13 @@ def session(qtbot: QtBot, empty_session: Session, volume_path: Path) -> Session:
 @pytest.fixture
 def rita(qtbot: QtBot, options: SessionOptions, folder: Path) -> Iterator[Session]:
     """The session of somebody who does not annotate in the study ``folder``, with its first volume open."""
-    session = Session(replace(options, annotator_name="rita"))
-    open_and_wait(qtbot, session, folder)
-    yield session
-    session.shut_down()
+    yield from _opened(qtbot, replace(options, annotator_name="rita"), folder)
 
 
 @pytest.fixture
 def boxes_session(qtbot: QtBot, options: SessionOptions, volume_path: Path) -> Iterator[Session]:
     """A session with the small volume open, its document one of boxes."""
-    session = Session(replace(options, method="boxes"))
-    open_and_wait(qtbot, session, volume_path)
-    yield session
-    session.shut_down()
+    yield from _opened(qtbot, replace(options, method="boxes"), volume_path)
 
 
 @pytest.fixture(scope="session")
