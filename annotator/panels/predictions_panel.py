@@ -47,7 +47,7 @@ _OWN_VERDICTS = " They are your own: none can be given before that is put right.
 _SIDE_BY_SIDE = 2
 # As wide as this, in lines of text, the tables stand beside what is chosen: below a window's panes.
 _SIDEWAYS_LINES = 56
-_CHOICES_LETTERS = 46
+_CHOICES_LETTERS = 52
 _ANY_WIDTH = (1 << 24) - 1
 
 
