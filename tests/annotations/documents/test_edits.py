@@ -6,7 +6,7 @@ from typing import get_args
 import hypothesis.strategies as st
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from annotations.documents.annotation import (
     Annotation,
@@ -89,7 +89,6 @@ KINDS = ["place", "box", "state", "certainty", "clear", "lock", "status", "flag"
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=40)  # of each kind
 @given(document=..., data=st.data())
 def test_undo_restores_the_document_exactly(kind: str, document: Annotation, data: st.DataObject) -> None:
     names = [part.name for part in document.parts] or ["k0"]

@@ -16,7 +16,7 @@ from annotations.documents.files import load_annotation
 from annotations.documents.locks import DocumentLock, lock_path
 from annotations.documents.recovery import find_recoveries
 
-KILLS = 25
+KILLS = 50
 SCRIPT = Path(__file__).with_name("crashing_session.py")
 
 

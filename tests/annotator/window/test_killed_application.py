@@ -38,7 +38,7 @@ def kill_after(folder: Path, seed: int, wanted: int) -> tuple[list[object], bool
 
 
 @pytest.mark.skipif(os.name == "nt", reason="kill -9 is POSIX")
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(3))
 def test_next_start_offers_all_that_was_finished(qtbot, make_window, person_at, options, volume_path, seed):
     folder = volume_path.parent
     outcomes, begun = kill_after(folder, seed, wanted=random.Random(seed).randrange(5, 40))
