@@ -67,11 +67,11 @@ def test_a_file_is_read_by_people_line_by_line(tmp_path: Path) -> None:
 
 
 def test_what_is_saved_is_what_is_loaded(tmp_path: Path) -> None:
-    path = tmp_path / "predictions" / "Known" / "v001.json"
+    prediction, path = made_prediction(), tmp_path / "predictions" / "Known" / "v001.json"
 
-    save_prediction(made_prediction(), path)
+    save_prediction(prediction, path)
 
-    assert load_prediction(path) == made_prediction()
+    assert load_prediction(path) == prediction
 
 
 def test_an_earlier_prediction_is_replaced(tmp_path: Path) -> None:
