@@ -24,7 +24,7 @@ from annotations.agreement.results import (
     StatisticName,
     Statistics,
 )
-from annotator.panels.distance_tables import ReadOnlyTable
+from annotator.panels.read_only_table import ReadOnlyTable
 
 VARIANTS: dict[str, tuple[str, Callable[[MethodResult], Figures | None]]] = {
     "all": ("All that was annotated blindly", lambda result: result),

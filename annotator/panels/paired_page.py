@@ -7,7 +7,7 @@ from annotations.agreement.report.contents import Table
 from annotations.prediction.report.paired_table import IN_WORDS, paired_table
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
-from annotator.panels.distance_tables import ReadOnlyTable
+from annotator.panels.read_only_table import ReadOnlyTable
 from annotator.session import Session
 
 _WAYS = ("predicted keypoints", "fitted pose")

@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
-from annotator.panels.distance_tables import ReadOnlyTable
+from annotator.panels.read_only_table import ReadOnlyTable
 from annotator.session import Session
 from annotator.session.jobs import Job
 
