@@ -12,8 +12,8 @@ from PySide6.QtCore import QByteArray, QSettings
 from annotations.app_folders import config_folder
 from annotations.documents.record import Method
 from annotator.looks.theme import THEMES, Theme
-from annotator.session.spacing_answer import SpacingAnswer
-from annotator.session.view import Rendering, ReviewColors
+from annotator.session.viewing.view import Rendering, ReviewColors
+from annotator.session.volumes.spacing_answer import SpacingAnswer
 
 RECENT_FILES = 8
 """How many opened paths are remembered."""

@@ -6,9 +6,9 @@ from pathlib import Path
 from annotations.documents.record import now
 from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
+from annotations.learning.architectures.networks import parameter_count
 from annotations.learning.conversion import convert_state
 from annotations.learning.examples import AnnotatedExamples
-from annotations.learning.networks import parameter_count
 from annotations.learning.origin import Origin
 from annotations.learning.settings import TrainingSettings
 from annotations.learning.state_file import write_state

@@ -9,6 +9,7 @@ import numpy as np
 from annotations.documents.record import now
 from annotations.geometry.tool import ToolSpecification
 from annotations.learning.annotated_examples import FoundStudy, annotated_examples
+from annotations.learning.architectures.networks import parameter_count
 from annotations.learning.examples import AnnotatedExamples
 from annotations.learning.experiment_results import (
     DataDescription,
@@ -19,8 +20,7 @@ from annotations.learning.experiment_results import (
 )
 from annotations.learning.experiment_tables import ExperimentTable
 from annotations.learning.experiments import Experiment, ExperimentRow, ExperimentSize
-from annotations.learning.networks import parameter_count
-from annotations.learning.objective import objective_of
+from annotations.learning.losses.objective import objective_of
 from annotations.learning.processor import chosen_device
 from annotations.learning.synthetic_stream import SyntheticSeries
 from annotations.learning.training import Training

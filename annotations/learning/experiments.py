@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
+from annotations.learning.architectures.network_settings import HEATMAP_KINDS, NetworkKind
 from annotations.learning.augmentation_settings import AugmentationSettings
-from annotations.learning.loss_settings import LossSettings
-from annotations.learning.network_settings import HEATMAP_KINDS, NetworkKind
+from annotations.learning.losses.loss_settings import LossSettings
 from annotations.learning.published_results import PUBLISHED_RESULTS, PublishedResult
 from annotations.learning.settings import (
     AnnotatedSettings,

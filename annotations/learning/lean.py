@@ -2,9 +2,9 @@
 
 from torch import Tensor, nn
 
-from annotations.learning.blocks import ConvolutionBlock, ResidualBlock, start_near_zero
-from annotations.learning.network_settings import NetworkSettings, scaled_channels
-from annotations.learning.pose_network import PoseNetwork
+from annotations.learning.architectures.blocks import ConvolutionBlock, ResidualBlock, start_near_zero
+from annotations.learning.architectures.network_settings import NetworkSettings, scaled_channels
+from annotations.learning.architectures.pose_network import PoseNetwork
 
 _CHANNELS = (16, 32, 64, 128)
 

@@ -9,8 +9,8 @@ from torch import Tensor
 
 from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
+from annotations.learning.architectures.pose_network import PoseNetwork
 from annotations.learning.exporting import weights_of
-from annotations.learning.pose_network import PoseNetwork
 from annotations.learning.settings import TrainingSettings
 from annotations.learning.stages import learned_seeds
 from annotations.learning.state_file import read_state

@@ -5,7 +5,7 @@ from typing import Literal
 import torch
 
 from annotations.errors import UserError
-from annotations.learning.pose_network import PoseNetwork
+from annotations.learning.architectures.pose_network import PoseNetwork
 
 
 def chosen_device(wanted: Literal["auto", "cpu", "cuda"]) -> torch.device:

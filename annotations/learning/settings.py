@@ -13,9 +13,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from annotations.documents.record import Method
 from annotations.errors import UserError, first_problem
 from annotations.interchange.split import SplitRule, split_rule
+from annotations.learning.architectures.network_settings import HEATMAP_KINDS, NetworkKind, NetworkSettings
 from annotations.learning.augmentation_settings import AugmentationSettings
-from annotations.learning.loss_settings import LossSettings
-from annotations.learning.network_settings import HEATMAP_KINDS, NetworkKind, NetworkSettings
+from annotations.learning.losses.loss_settings import LossSettings
 from annotations.prediction.heatmaps import HeatmapConvention
 from annotations.synthesis.conditions import TRAINING_CONDITIONS, SceneConditions
 from annotations.volumes.sampling import OMES_SAMPLING, Sampling
@@ -47,7 +47,7 @@ class NetworkChoice(_Section):
     Attributes
     ----------
     kind : str
-        See `annotations.learning.network_settings`.
+        See `annotations.learning.architectures.network_settings`.
     dropout : float
         Share of channels that are left out at random while training.
     width : float

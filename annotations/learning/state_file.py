@@ -14,9 +14,9 @@ from torch import Tensor
 
 from annotations.durable_files import replace_durably
 from annotations.errors import UserError, first_problem
+from annotations.learning.architectures.network_settings import NetworkSettings
+from annotations.learning.architectures.pose_network import PoseNetwork
 from annotations.learning.exporting import rebuilt_network
-from annotations.learning.network_settings import NetworkSettings
-from annotations.learning.pose_network import PoseNetwork
 from annotations.prediction.checkpoint_description import CheckpointDescription
 
 _DESCRIPTION, _NETWORK, _WEIGHTS = "description", "network", "weights"

@@ -12,9 +12,9 @@ from torch import Tensor
 
 from annotations.errors import UserError
 from annotations.geometry.tool import ToolSpecification
+from annotations.learning.architectures.networks import build_network
 from annotations.learning.examples import AnnotatedExamples, Example
-from annotations.learning.networks import build_network
-from annotations.learning.objective import objective_of
+from annotations.learning.losses.objective import objective_of
 from annotations.learning.origin import Origin
 from annotations.learning.processor import channels_last, chosen_device, chosen_precision
 from annotations.learning.settings import TrainingSettings

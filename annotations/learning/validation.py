@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from annotations.geometry.targets import target_arrays
 from annotations.geometry.tool import ToolSpecification
+from annotations.learning.architectures.pose_network import PoseNetwork
 from annotations.learning.examples import Example
-from annotations.learning.loss_settings import MM_PER_DEGREE
-from annotations.learning.objective import Found, HeatmapObjective, RegressionObjective
-from annotations.learning.pose_network import PoseNetwork
+from annotations.learning.losses.loss_settings import MM_PER_DEGREE
+from annotations.learning.losses.objective import Found, HeatmapObjective, RegressionObjective
 from annotations.prediction.prediction_errors import far_share, prediction_errors, target_errors
 
 _UM_PER_MM = 1000.0

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor
 
-from annotations.learning.pose_network import PoseNetwork
+from annotations.learning.architectures.pose_network import PoseNetwork
 
 _BEGINNING = 10
 

@@ -3,7 +3,7 @@
 from typing import get_args
 
 from annotator.actions.action import Action
-from annotator.session.view import Layer, Pane, Preset
+from annotator.session.viewing.view import Layer, Pane, Preset
 
 PANE_TITLES: dict[Pane, str] = {
     "scene": "Scene",

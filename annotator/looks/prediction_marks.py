@@ -27,7 +27,7 @@ _LARGEST_LEGEND, _FEWEST_ENTRIES = 0.22, 2
 _CLOUD_OPACITIES = (0.3, 0.5)
 
 Entry = tuple[str, str]
-"""A sign, as `annotator.session.drawn_prediction.Sign`, and its meaning."""
+"""A sign, as `annotator.session.predictions.drawn_prediction.Sign`, and its meaning."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ REVIEW_LOOKS: Mapping[str, ReviewLook] = {
     "green_red": ReviewLook(QColor("#3ddc6b"), QColor("#ff5a52")),
     "blue_orange": ReviewLook(QColor("#56b4e9"), QColor("#ff9d1c")),
 }
-"""By `annotator.session.view.ReviewColors`; the second ones are close to those of Okabe and Ito."""
+"""By `annotator.session.viewing.view.ReviewColors`; the second ones are close to those of Okabe and Ito."""
 
 
 def paint_truth(painter: QPainter, center: QPointF, color: QColor, *, faint: bool = False) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from annotations.geometry.frames import Vector, vector
-from annotator.session.view import Preset
+from annotator.session.viewing.view import Preset
 
 PRESETS: tuple[Preset, ...] = get_args(Preset)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from annotations.geometry.meshes import Mesh
 from annotator.scene.camera import Camera
-from annotator.session.solids import Solid
+from annotator.session.editing.solids import Solid
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from annotations.geometry.frames import Vector, vector
 from annotator.scene.handle_paths import HandlePath, PlanePath, handle_path
 from annotator.scene.picking import SPHERE_PX, Picture
 from annotator.session import Session
-from annotator.session.handles import Handle
-from annotator.session.solids import Solid, SolidKind, solid_on_ray
+from annotator.session.editing.handles import Handle
+from annotator.session.editing.solids import Solid, SolidKind, solid_on_ray
 
 _HANDLE_PX = 12.0
 _KEYPOINT_PX = SPHERE_PX / 2 + 3

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from annotations.geometry.frames import Vector, vector
 from annotations.volumes import Ray
 from annotator.scene.picking import Picture
-from annotator.session.handles import Handle
+from annotator.session.editing.handles import Handle
 
 _STEPS = 720
 _TOWARDS_LAST_PX = 0.05

@@ -12,7 +12,7 @@ from annotator.scene.colors import ACTIVE, rgb
 from annotator.scene.picking import Picture
 from annotator.scene.segments import Segment, Segments
 from annotator.scene.sprites import Sprite, blank
-from annotator.session.handles import Handle, HandleKind
+from annotator.session.editing.handles import Handle, HandleKind
 
 _SIZE_PX = 36.0  # the largest form, with its lines
 _OUTLINE_PX = 1.5

@@ -12,7 +12,7 @@ from PySide6.QtGui import QBrush, QColor, QFont, QImage, QPainter, QPen, QRadial
 from annotator.scene.colors import ACTIVE, TEXT
 from annotator.scene.picking import SPHERE_PX, Picture
 from annotator.scene.sprites import Sprite, blank, text_picture, text_size_px
-from annotator.session.keypoint_marks import KeypointMark
+from annotator.session.editing.keypoint_marks import KeypointMark
 
 _MARKER_PX = 28.0  # the sphere, and room for the ring round the active one
 _RING_PX = 4.0

@@ -25,8 +25,8 @@ from annotator.scene.pictures import BENEATH, Drawn, Pictures
 from annotator.scene.segments import Segment, Segments, block_edges
 from annotator.scene.solids_layer import corners_um
 from annotator.scene.sprites import blank, paint_text, text_size_px
-from annotator.session.differences import Difference
-from annotator.session.others import OtherAnnotation
+from annotator.session.agreement.differences import Difference
+from annotator.session.agreement.others import OtherAnnotation
 
 _MARK_PX = 4 * MARK_RADIUS_PX
 

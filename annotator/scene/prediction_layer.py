@@ -29,8 +29,8 @@ from annotator.scene.picking import Picture
 from annotator.scene.pictures import ABOVE, BENEATH, Drawn, Pictures
 from annotator.scene.segments import Segment, Segments
 from annotator.scene.sprites import blank, text_picture, text_size_px
-from annotator.session.drawn_prediction import DrawnPrediction
-from annotator.session.solids import Solid
+from annotator.session.editing.solids import Solid
+from annotator.session.predictions.drawn_prediction import DrawnPrediction
 
 _MARK_PX = 2 * RING_RADIUS_PX + 6
 _NOTHING = DrawnPrediction("green_red")

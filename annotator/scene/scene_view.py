@@ -25,9 +25,9 @@ from annotator.scene.gestures import Gestures
 from annotator.scene.hand import Hand
 from annotator.scene.picking import Picture
 from annotator.session import Session
-from annotator.session.drawn_prediction import drawn_prediction
-from annotator.session.keypoint_marks import keypoint_marks
-from annotator.session.view import Preset, View
+from annotator.session.editing.keypoint_marks import keypoint_marks
+from annotator.session.predictions.drawn_prediction import drawn_prediction
+from annotator.session.viewing.view import Preset, View
 from annotator.settings import Renderer
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from annotator.scene.camera import Camera
 from annotator.scene.colors import ACTIVE, Rgb, rgb
 from annotator.scene.facets import facets
 from annotator.scene.segments import Segment, Segments, block_edges, segments
-from annotator.session.solids import Solid, SolidKind
+from annotator.session.editing.solids import Solid, SolidKind
 
 _FACE_ON: dict[SolidKind, float] = {"box": 0.20, "ghost": 0.07, "proposal": 0.03, "prediction": 0.05}
 _GRAZING: dict[SolidKind, float] = {"box": 0.12, "ghost": 0.55, "proposal": 0.25, "prediction": 0.4}

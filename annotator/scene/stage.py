@@ -28,13 +28,13 @@ from annotator.scene.renderers import Renderers, is_software
 from annotator.scene.scale_bar_layer import ScaleBarLayer
 from annotator.scene.solids_layer import SolidsLayer
 from annotator.scene.volume_layer import MOVING_RAY_PX, VolumeLayer, VolumeLook, next_moving_ray_px
-from annotator.session.differences import Difference
-from annotator.session.drawn_prediction import DrawnPrediction
-from annotator.session.handles import Handle
-from annotator.session.keypoint_marks import KeypointMark
-from annotator.session.others import OtherAnnotation
-from annotator.session.solids import Solid
-from annotator.session.view import View
+from annotator.session.agreement.differences import Difference
+from annotator.session.agreement.others import OtherAnnotation
+from annotator.session.editing.handles import Handle
+from annotator.session.editing.keypoint_marks import KeypointMark
+from annotator.session.editing.solids import Solid
+from annotator.session.predictions.drawn_prediction import DrawnPrediction
+from annotator.session.viewing.view import View
 from annotator.settings import Renderer
 
 

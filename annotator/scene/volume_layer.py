@@ -11,8 +11,8 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from annotations.geometry.frames import Vector
 from annotations.volumes import Level
 from annotator.looks.colormaps import COLORMAPS
-from annotator.session.opacity import FAINT, OPAQUE
-from annotator.session.view import Rendering
+from annotator.session.viewing.opacity import FAINT, OPAQUE
+from annotator.session.viewing.view import Rendering
 
 MOVING_RAY_PX = 3.0
 """Distance of rays on the screen while something moves, without a GPU; at rest there is one a pixel."""

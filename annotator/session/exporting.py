@@ -9,9 +9,9 @@ from PySide6.QtCore import QObject, Signal
 from annotations.documents.permission import check_may_see_all
 from annotations.documents.study import Study
 from annotations.errors import UserError
-from annotator.session.agreeing import Agreeing
+from annotator.session.agreement.agreeing import Agreeing
+from annotator.session.files.saving import SessionSaving
 from annotator.session.jobs import Job
-from annotator.session.saving import SessionSaving
 
 if TYPE_CHECKING:
     from annotations.interchange.training_file import Exported, ExportOptions

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from annotations.documents.study import AnnotationName, annotation_name
 from annotations.errors import UserError
-from annotator.session.worklist import NAMELESS, WorkItem, Worklist
+from annotator.session.volumes.worklist import NAMELESS, WorkItem, Worklist
 
 _SHORTEST_TELLING_WORD = 3
 _BEGINNING = re.compile(r"(?<!\w)(?=\S)")

@@ -7,7 +7,7 @@ from pathlib import Path
 from annotations.app_folders import cache_folder, state_folder, tool_folder
 from annotations.documents.record import Method
 from annotations.geometry.frames import Vector
-from annotator.session.spacing_answer import SpacingAnswer
+from annotator.session.volumes.spacing_answer import SpacingAnswer
 
 
 def _remember_nothing(_fingerprint: str) -> SpacingAnswer | None:

@@ -13,34 +13,34 @@ from annotations.documents.recovery import Recovery
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
-from annotator.session.agreeing import Agreeing
-from annotator.session.agreement_reporting import AgreementReporting
-from annotator.session.calibrating import Calibrating
-from annotator.session.checkpoints import Checkpoints
-from annotator.session.deriving import Deriving
-from annotator.session.document_file import DocumentFile
+from annotator.session.agreement.agreeing import Agreeing
+from annotator.session.agreement.agreement_reporting import AgreementReporting
+from annotator.session.agreement.calibrating import Calibrating
+from annotator.session.agreement.others import Others
+from annotator.session.agreement.settling import Settling
+from annotator.session.documents.document_file import DocumentFile
 from annotator.session.exporting import Exporting
-from annotator.session.first_view import first_view, nothing_open
-from annotator.session.identifying import Identifying
+from annotator.session.files.deriving import Deriving
+from annotator.session.files.recovering import tells_more
+from annotator.session.files.stepping import SessionStepping, skipped_words
 from annotator.session.jobs import Job, Result
-from annotator.session.judging import Judging
-from annotator.session.living import Living
 from annotator.session.neutral_words import NeutralWords
-from annotator.session.opening import Opened, OpeningRequest
 from annotator.session.options import SessionOptions
-from annotator.session.others import Others
-from annotator.session.predicted_volumes import PredictedVolumes
-from annotator.session.predicting import Predicting
-from annotator.session.recovering import tells_more
-from annotator.session.reporting import Reporting
-from annotator.session.reviewing import Reviewing
-from annotator.session.settling import Settling
-from annotator.session.spacing_answer import SpacingAnswer
-from annotator.session.stepping import SessionStepping, skipped_words
+from annotator.session.predictions.checkpoints import Checkpoints
+from annotator.session.predictions.judging import Judging
+from annotator.session.predictions.living import Living
+from annotator.session.predictions.predicted_volumes import PredictedVolumes
+from annotator.session.predictions.predicting import Predicting
+from annotator.session.predictions.reporting import Reporting
+from annotator.session.predictions.reviewing import Reviewing
 from annotator.session.studies import Studies
-from annotator.session.study_paths import IdentityNeeded, KeptFromView, LookNeeded, read_path
-from annotator.session.volume_opener import VolumeOpener
-from annotator.session.worklist import Worklist, moved_with, read_worklist, worklist_with
+from annotator.session.volumes.first_view import first_view, nothing_open
+from annotator.session.volumes.identifying import Identifying
+from annotator.session.volumes.opening import Opened, OpeningRequest
+from annotator.session.volumes.spacing_answer import SpacingAnswer
+from annotator.session.volumes.study_paths import IdentityNeeded, KeptFromView, LookNeeded, read_path
+from annotator.session.volumes.volume_opener import VolumeOpener
+from annotator.session.volumes.worklist import Worklist, moved_with, read_worklist, worklist_with
 
 
 class Session(SessionStepping):

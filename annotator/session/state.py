@@ -18,19 +18,19 @@ from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tools
 from annotations.volumes import Level, LevelCache, Volume
-from annotator.session import placing
-from annotator.session.autosave import Autosave
-from annotator.session.commands import EditCommand
-from annotator.session.document_file import DocumentFile
+from annotator.session.documents.autosave import Autosave
+from annotator.session.documents.commands import EditCommand
+from annotator.session.documents.document_file import DocumentFile
 from annotator.session.jobs import Jobs
-from annotator.session.level_loader import LevelLoader
 from annotator.session.neutral_words import NeutralWords
-from annotator.session.on_its_way import drawn_in, shown_positions_um
-from annotator.session.opening import Opened
 from annotator.session.options import SessionOptions
 from annotator.session.remembered import Remembered
-from annotator.session.view import View
-from annotator.session.worklist import WorkItem, Worklist
+from annotator.session.viewing import placing
+from annotator.session.viewing.on_its_way import drawn_in, shown_positions_um
+from annotator.session.viewing.view import View
+from annotator.session.volumes.level_loader import LevelLoader
+from annotator.session.volumes.opening import Opened
+from annotator.session.volumes.worklist import WorkItem, Worklist
 
 
 class SessionState(QObject):

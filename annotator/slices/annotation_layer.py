@@ -4,8 +4,8 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainter
 
 from annotator.session import Session
-from annotator.session.drawn_prediction import drawn_prediction
-from annotator.session.solids import Solid
+from annotator.session.editing.solids import Solid
+from annotator.session.predictions.drawn_prediction import drawn_prediction
 from annotator.slices.handle_marks import HandleMark, handle_marks, handle_under
 from annotator.slices.handle_painting import paint_handles, paint_hint
 from annotator.slices.marks import Mark, mark_under, marks

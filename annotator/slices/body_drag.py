@@ -10,9 +10,9 @@ from PySide6.QtCore import QPointF
 
 from annotations.geometry.frames import Vector, vector
 from annotator.session import Session
-from annotator.session.click_meaning import is_active_locked
-from annotator.session.solids import Solid, solid_around
-from annotator.session.view import Mode, View
+from annotator.session.editing.click_meaning import is_active_locked
+from annotator.session.editing.solids import Solid, solid_around
+from annotator.session.viewing.view import Mode, View
 from annotator.slices.annotation_layer import GRAB_RADIUS_PX
 from annotator.slices.handle_marks import HandleMark, is_handled
 from annotator.slices.viewport import Viewport

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from annotations.geometry.frames import Vector, vector
-from annotator.session.handles import Handle
-from annotator.session.solids import Solid
-from annotator.session.view import View
+from annotator.session.editing.handles import Handle
+from annotator.session.editing.solids import Solid
+from annotator.session.viewing.view import View
 from annotator.slices.marks import NEAR_UM
 from annotator.slices.solid_outlines import Point, section_um
 from annotator.slices.viewport import Viewport

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from annotator.session import Session
-from annotator.session.keypoint_marks import KeypointMark, keypoint_marks
+from annotator.session.editing.keypoint_marks import KeypointMark, keypoint_marks
 from annotator.slices.viewport import Viewport
 
 # A keypoint farther from the plane than this is only hinted at, and the mouse does not meet it.

@@ -15,9 +15,9 @@ from annotator.looks.annotator_marks import (
     text_color,
 )
 from annotator.looks.label_places import label_area
-from annotator.session.differences import Difference
-from annotator.session.others import OtherAnnotation
-from annotator.session.solids import Solid
+from annotator.session.agreement.differences import Difference
+from annotator.session.agreement.others import OtherAnnotation
+from annotator.session.editing.solids import Solid
 from annotator.slices.captions import BACKGROUND, PADDING_PX
 from annotator.slices.marks import nearness
 from annotator.slices.overlays import FAR_OPACITY, OUTLINE, Line, split_at_plane

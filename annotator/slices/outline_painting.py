@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from PySide6.QtCore import QLineF, QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
-from annotator.session.solids import Solid, SolidKind
+from annotator.session.editing.solids import Solid, SolidKind
 from annotator.slices.captions import paint_caption
 from annotator.slices.overlays import OUTLINE, PREVIEW
 from annotator.slices.solid_outlines import HingeSense, SolidOutline

@@ -20,7 +20,7 @@ from annotator.looks.prediction_marks import (
     paint_prediction,
     paint_truth,
 )
-from annotator.session.drawn_prediction import DrawnPrediction
+from annotator.session.predictions.drawn_prediction import DrawnPrediction
 from annotator.slices.captions import PADDING_PX, paint_caption
 from annotator.slices.guides import INK
 from annotator.slices.marks import nearness

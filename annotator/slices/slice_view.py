@@ -20,9 +20,9 @@ from annotations.volumes import SliceImage, level_slice
 from annotator.looks import theme
 from annotator.looks.colormaps import COLORMAPS
 from annotator.session import Session
-from annotator.session.click_meaning import click_meaning
-from annotator.session.solids import Solid
-from annotator.session.view import View
+from annotator.session.editing.click_meaning import click_meaning
+from annotator.session.editing.solids import Solid
+from annotator.session.viewing.view import View
 from annotator.slices.annotation_layer import AnnotationLayer
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.gestures import SliceGestures

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from annotations.geometry.frames import Vector, vector
-from annotator.session.solids import Solid
+from annotator.session.editing.solids import Solid
 from annotator.slices.projection import Plane
 from annotator.slices.viewport import Viewport
 

@@ -16,7 +16,7 @@ from annotations.volumes import DatasetChoice, Volume
 from annotator.looks.theme import apply_theme
 from annotator.session import Session
 from annotator.session.options import SessionOptions
-from annotator.session.spacing_answer import SpacingAnswer
+from annotator.session.volumes.spacing_answer import SpacingAnswer
 from annotator.settings import Settings
 from annotator.startup.crash_log import CrashLog
 from annotator.startup.garbage import GarbageCollection

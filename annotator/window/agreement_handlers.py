@@ -27,7 +27,9 @@ class AgreementHandlers(DockHandlers):
         agreeing.look_for_changes(self._ask_for_forms)
 
     def _ask_for_forms(self) -> None:
-        from annotator.dialogs.agreement_export_dialog import AgreementExportDialog  # late: few export
+        from annotator.dialogs.exports.agreement_export_dialog import (
+            AgreementExportDialog,  # late: few export
+        )
 
         agreeing, reporting = self._session.agreeing, self._session.agreement_reporting
         if agreeing.folder is None:

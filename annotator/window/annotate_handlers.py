@@ -10,7 +10,7 @@ from annotations.documents.record import Method
 from annotations.errors import UserError
 from annotator.actions.annotate_table import BENT_JOINTS, KEYPOINT_KEYS
 from annotator.session import Session
-from annotator.session.placing import nudged
+from annotator.session.viewing.placing import nudged
 from annotator.settings import Settings
 from annotator.slices.projection import Plane
 from annotator.window.questions import Questions
@@ -127,7 +127,9 @@ class AnnotateHandlers:
             self._session.set_status("done")
 
     def _ask_about_predicted(self, names: Sequence[str]) -> None:
-        from annotator.dialogs.unjudged_dialog import UnjudgedDialog  # late: few start from predictions
+        from annotator.dialogs.exports.unjudged_dialog import (
+            UnjudgedDialog,  # late: few start from predictions
+        )
 
         dialog = UnjudgedDialog(names, self._window)
 
@@ -140,7 +142,7 @@ class AnnotateHandlers:
         self._questions.show(dialog)
 
     def _flag(self) -> None:
-        from annotator.dialogs.flag_dialog import FlagDialog  # late: few volumes are flagged
+        from annotator.dialogs.annotating.flag_dialog import FlagDialog  # late: few volumes are flagged
 
         document = self._session.document
         if document is None:

@@ -40,7 +40,7 @@ class ConsensusHandlers(DockHandlers):
         self._session.settling.triage()
 
     def _export(self) -> None:
-        from annotator.dialogs.training_export_dialog import TrainingExportDialog  # late: few export
+        from annotator.dialogs.exports.training_export_dialog import TrainingExportDialog  # late: few export
 
         worklist, refusal = self._session.worklist, self._session.exporting.refusal
         if worklist.study is None or refusal:
@@ -52,7 +52,7 @@ class ConsensusHandlers(DockHandlers):
 
     def _on_exporting_exported(self, exported: object) -> None:
         from annotations.interchange.training_file import Exported  # late: few export
-        from annotator.dialogs.training_report_dialog import TrainingReportDialog
+        from annotator.dialogs.exports.training_report_dialog import TrainingReportDialog
 
         if isinstance(exported, Exported):
             self._questions.show(TrainingReportDialog(exported, self._window))

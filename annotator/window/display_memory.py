@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, QTimer
 from annotations.volumes import intensity_window
 from annotator.looks.colormaps import COLORMAPS
 from annotator.session import Session
-from annotator.session.view import View
+from annotator.session.viewing.view import View
 from annotator.settings import Settings
 
 _WRITE_AFTER_MS = 1000

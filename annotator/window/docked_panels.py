@@ -5,13 +5,13 @@ from collections.abc import Mapping
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
-from annotator.panels.agreement_panel import AgreementPanel
-from annotator.panels.annotation_panel import AnnotationPanel
-from annotator.panels.consensus_panel import ConsensusPanel
-from annotator.panels.display_panel import DisplayPanel
-from annotator.panels.pose_panel import PosePanel
-from annotator.panels.predictions_panel import PredictionsPanel
-from annotator.panels.worklist_panel import WorklistPanel
+from annotator.panels.agreement.agreement_panel import AgreementPanel
+from annotator.panels.agreement.consensus_panel import ConsensusPanel
+from annotator.panels.annotation.annotation_panel import AnnotationPanel
+from annotator.panels.annotation.pose_panel import PosePanel
+from annotator.panels.display.display_panel import DisplayPanel
+from annotator.panels.predictions.predictions_panel import PredictionsPanel
+from annotator.panels.worklist.worklist_panel import WorklistPanel
 from annotator.session import Session
 
 _LEFT, _RIGHT = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea

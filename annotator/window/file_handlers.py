@@ -10,8 +10,8 @@ from annotations.documents.study import STUDY_FILE
 from annotations.errors import UserError
 from annotations.volumes.opening import SUFFIXES
 from annotator.session import Session
-from annotator.session.checkpoints import CHECKPOINT_SUFFIX, WEIGHTS_SUFFIX
-from annotator.session.stepping import skipped_words
+from annotator.session.files.stepping import skipped_words
+from annotator.session.predictions.checkpoints import CHECKPOINT_SUFFIX, WEIGHTS_SUFFIX
 from annotator.settings import RECENT_FILES, Settings
 from annotator.window.questions import Questions
 

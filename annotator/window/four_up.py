@@ -21,8 +21,8 @@ from annotator.looks.application import running_application
 from annotator.looks.icons import icon
 from annotator.looks.labels import ColoredLabel
 from annotator.session import Session
-from annotator.session.click_meaning import click_meaning
-from annotator.session.view import Pane, View
+from annotator.session.editing.click_meaning import click_meaning
+from annotator.session.viewing.view import Pane, View
 from annotator.slices.slice_view import SliceView
 
 ARRANGEMENT: tuple[tuple[Pane, Pane], tuple[Pane, Pane]] = (("scene", "slice2"), ("slice1", "slice0"))

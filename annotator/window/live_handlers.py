@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QWidget
 from annotator.session import Session
 
 if TYPE_CHECKING:
-    from annotator.dialogs.live_window import LiveWindow
+    from annotator.dialogs.live.live_window import LiveWindow
 
 
 class LiveHandlers:
@@ -38,7 +38,7 @@ class LiveHandlers:
             self._shown.close()
 
     def _show(self) -> None:
-        from annotator.dialogs.live_window import LiveWindow  # late: few have a scanner
+        from annotator.dialogs.live.live_window import LiveWindow  # late: few have a scanner
 
         if self._shown is None:
             self._shown = LiveWindow(self._session, self._window)

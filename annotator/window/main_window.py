@@ -18,7 +18,7 @@ from annotator.scene.libraries import load_libraries
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
 from annotator.session.jobs import Job
-from annotator.session.view import View
+from annotator.session.viewing.view import View
 from annotator.settings import Settings
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.linked_zoom import link_zoom

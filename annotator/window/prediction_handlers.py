@@ -5,9 +5,9 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from annotator.panels.worklist_panel import WorklistPanel
+from annotator.panels.worklist.worklist_panel import WorklistPanel
 from annotator.session import Session
-from annotator.session.checkpoints import CHECKPOINT_SUFFIX, WEIGHTS_SUFFIX
+from annotator.session.predictions.checkpoints import CHECKPOINT_SUFFIX, WEIGHTS_SUFFIX
 from annotator.window.questions import Questions
 
 _CHECKPOINT_FILES = f"Checkpoints (*{CHECKPOINT_SUFFIX} *{WEIGHTS_SUFFIX})"
@@ -58,7 +58,7 @@ class PredictionHandlers:
             self._session.checkpoints.open(path)
 
     def _start(self) -> None:
-        from annotator.dialogs.look_dialog import LookDialog  # late: few studies allow it
+        from annotator.dialogs.files.look_dialog import LookDialog  # late: few studies allow it
 
         seeing, predicting = self._session.seeing, self._session.predicting
         if not seeing.refusal or not seeing.permission.may_look:

@@ -15,16 +15,16 @@ from annotations.errors import UserError
 from annotations.geometry.box_conversion import RollUnknown
 from annotations.geometry.frames import Vector
 from annotations.volumes import DatasetChoice, Volume
-from annotator.dialogs.dataset_dialog import DatasetDialog
 from annotator.dialogs.error_dialog import ErrorDialog
-from annotator.dialogs.overwrite_dialog import OverwriteDialog
-from annotator.dialogs.recovery_dialog import RecoveryDialog
-from annotator.dialogs.spacing_dialog import SpacingDialog
-from annotator.dialogs.unsaved_dialog import UnsavedDialog
+from annotator.dialogs.files.dataset_dialog import DatasetDialog
+from annotator.dialogs.files.overwrite_dialog import OverwriteDialog
+from annotator.dialogs.files.recovery_dialog import RecoveryDialog
+from annotator.dialogs.files.spacing_dialog import SpacingDialog
+from annotator.dialogs.files.unsaved_dialog import UnsavedDialog
 from annotator.session import Session
-from annotator.session.calibrating import ToolCalibration
-from annotator.session.checkpoints import CHECKPOINT_SUFFIX
-from annotator.session.deriving import roll_meanings
+from annotator.session.agreement.calibrating import ToolCalibration
+from annotator.session.files.deriving import roll_meanings
+from annotator.session.predictions.checkpoints import CHECKPOINT_SUFFIX
 from annotator.settings import Settings
 
 if TYPE_CHECKING:
@@ -246,7 +246,10 @@ class Questions(QObject):
         self.show(dialog)
 
     def _on_deriving_roll_requested(self, unknown: RollUnknown) -> None:
-        from annotator.dialogs.roll_dialog import RollChoiceDialog, RollEntryDialog  # late: few ask for it
+        from annotator.dialogs.annotating.roll_dialog import (  # late: few ask for it
+            RollChoiceDialog,
+            RollEntryDialog,
+        )
 
         document, tool = self._session.document, self._session.tool
         if document is None or tool is None:
@@ -266,14 +269,14 @@ class Questions(QObject):
         self.show(dialog)
 
     def _on_calibrating_measured(self, found: ToolCalibration) -> None:
-        from annotator.dialogs.calibration_dialog import CalibrationDialog  # late: few ask for it
+        from annotator.dialogs.annotating.calibration_dialog import CalibrationDialog  # late: few ask for it
 
         dialog = CalibrationDialog(found, self._window)
         dialog.accepted.connect(lambda: self._session.calibrating.keep(found, dialog.name))
         self.show(dialog)
 
     def _on_checkpoints_conversion_requested(self, weights_path: Path) -> None:
-        from annotator.dialogs.conversion_dialog import ConversionDialog  # late: few train
+        from annotator.dialogs.annotating.conversion_dialog import ConversionDialog  # late: few train
 
         dialog = ConversionDialog(weights_path, self._window)
 
@@ -318,7 +321,7 @@ class Questions(QObject):
         self.show(dialog)
 
     def _on_session_look_requested(self, path: Path, reason: str) -> None:
-        from annotator.dialogs.look_dialog import LookDialog  # late: few ask for it
+        from annotator.dialogs.files.look_dialog import LookDialog  # late: few ask for it
 
         dialog = LookDialog(reason, self._window)
 
@@ -330,7 +333,7 @@ class Questions(QObject):
         self.show(dialog)
 
     def _on_identifying_identity_requested(self, path: Path, folder: Path, study: Study) -> None:
-        from annotator.dialogs.identity_dialog import IdentityDialog  # late: few are strangers
+        from annotator.dialogs.study.identity_dialog import IdentityDialog  # late: few are strangers
 
         dialog = IdentityDialog(study, self._session.person, self._window)
 
@@ -345,7 +348,7 @@ class Questions(QObject):
         self.show(dialog)
 
     def _on_session_takeover_requested(self, holder: LockHolder) -> None:
-        from annotator.dialogs.takeover_dialog import TakeoverDialog  # late: few ask for it
+        from annotator.dialogs.files.takeover_dialog import TakeoverDialog  # late: few ask for it
 
         dialog = TakeoverDialog(holder, self._window)
 

@@ -26,7 +26,7 @@ class ReviewHandlers(DockHandlers):
 
     def export(self) -> None:
         """Ask which forms of the report are wanted, and where; then write it."""
-        from annotator.dialogs.errors_export_dialog import ErrorsExportDialog  # late: few export
+        from annotator.dialogs.exports.errors_export_dialog import ErrorsExportDialog  # late: few export
 
         reviewing, reporting = self._session.reviewing, self._session.reporting
         review = reviewing.review

@@ -7,8 +7,8 @@ from PySide6.QtWidgets import QSizePolicy, QStatusBar, QStyle, QStyleOption, QTo
 from annotations.geometry.frames import Vector, um_to_voxel
 from annotator.looks.labels import ColoredLabel, ElidedText, PickColor
 from annotator.session import Session
-from annotator.session.click_meaning import is_active_locked
-from annotator.session.view import Mode, Preview, View
+from annotator.session.editing.click_meaning import is_active_locked
+from annotator.session.viewing.view import Mode, Preview, View
 
 _MESSAGE_MS = 8000
 _LONGEST_NAME_PX = 160

@@ -9,10 +9,10 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from annotations.documents.seen_volumes import FoundVolume
 from annotations.documents.study_building import StudyChanged
 from annotations.errors import UserError
-from annotator.dialogs.study_check_dialog import StudyCheckDialog
-from annotator.dialogs.study_dialog import StudyDialog
-from annotator.dialogs.study_form import problem_of
-from annotator.dialogs.study_settings_dialog import StudySettingsDialog
+from annotator.dialogs.study.study_check_dialog import StudyCheckDialog
+from annotator.dialogs.study.study_dialog import StudyDialog
+from annotator.dialogs.study.study_form import problem_of
+from annotator.dialogs.study.study_settings_dialog import StudySettingsDialog
 from annotator.session import Session
 from annotator.session.studies import StudyProposal, StudyReport
 from annotator.settings import Settings

@@ -8,8 +8,8 @@ from typing import get_args
 from annotator.scene.camera import PRESETS
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
-from annotator.session.level_loader import DETAIL_WIDTH_UM
-from annotator.session.view import Layer, Pane, View
+from annotator.session.viewing.view import Layer, Pane, View
+from annotator.session.volumes.level_loader import DETAIL_WIDTH_UM
 from annotator.slices.slice_view import SliceView
 from annotator.window.four_up import FourUp
 from annotator.window.held_key import HeldKey

@@ -9,9 +9,9 @@ from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotations.prediction.volume_heatmaps import VolumeHeatmaps
 from annotator.session import Session
-from annotator.session.predicted import KeypointPair, ShownPrediction
-from annotator.session.predicting import Predicting
-from annotator.session.solids import posed_solids
+from annotator.session.editing.solids import posed_solids
+from annotator.session.predictions.predicted import KeypointPair, ShownPrediction
+from annotator.session.predictions.predicting import Predicting
 
 OFF_UM = (900.0, -1400.0, 400.0)
 _STEP_UM, _SIGMA_UM = 500.0, 700.0

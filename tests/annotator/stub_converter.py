@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from annotator.session import conversion_process
+from annotator.session.predictions import conversion_process
 
 Stub = Callable[[str], None]
 

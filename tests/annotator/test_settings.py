@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QByteArray
 
-from annotator.session.spacing_answer import SpacingAnswer
+from annotator.session.volumes.spacing_answer import SpacingAnswer
 from annotator.settings import RECENT_FILES, Settings
 
 

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from annotator.session import Session
 from annotator.session.options import SessionOptions
-from annotator.session.view import Pane
+from annotator.session.viewing.view import Pane
 from annotator.settings import Settings
 from annotator.slices.slice_view import SliceView
 from annotator.startup.garbage import GarbageCollection

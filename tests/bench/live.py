@@ -24,7 +24,7 @@ from annotations.prediction.checkpoint import load_checkpoint
 from annotations.prediction.shipped import find_checkpoint
 from annotations.synthesis import REALTIME_SHAPE, write_study
 from annotations.volumes import OMES_REALTIME_SPACING_UM, write_folder_answer
-from annotator.dialogs.live_window import LiveWindow
+from annotator.dialogs.live.live_window import LiveWindow
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from tests.bench.figures import print_figures

@@ -47,8 +47,8 @@ def untrained_checkpoint(path: Path) -> Checkpoint:
     except ImportError:
         sys.exit("without torch, name a checkpoint")
     from annotations.documents.record import now
+    from annotations.learning.architectures.networks import build_network, parameter_count
     from annotations.learning.exporting import onnx_bytes
-    from annotations.learning.networks import build_network, parameter_count
     from annotations.learning.settings import TrainingSettings
 
     torch.manual_seed(0)

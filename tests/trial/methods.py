@@ -10,8 +10,8 @@ from annotations.fitting.pose_fit import fit_points
 from annotations.geometry.kinematics import ToolPose, keypoints_um, link_boxes
 from annotations.geometry.tool import ToolSpecification
 from annotator.session import Session
-from annotator.session.box_handles import box_handles
-from annotator.session.pose_handles import BEND, MOVE, ROLL, SWING, pose_handles
+from annotator.session.editing.box_handles import box_handles
+from annotator.session.editing.pose_handles import BEND, MOVE, ROLL, SWING, pose_handles
 from tests.trial.person import Person
 
 TOP = 2

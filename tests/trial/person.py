@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton
 
 from annotations.geometry.frames import Vector, vector
-from annotator.session.handles import Handle
+from annotator.session.editing.handles import Handle
 from annotator.slices.body_drag import DRAG_DISTANCE_PX
 from annotator.slices.handle_marks import handle_marks
 from annotator.slices.slice_view import SliceView

@@ -104,8 +104,8 @@ def test_a_study_makes_a_checkpoint(
 
 def saved_network(path: Path) -> Path:
     """Write a checkpoint of a tiny network that says that it has learned from three synthetic volumes."""
+    from annotations.learning.architectures.networks import build_network
     from annotations.learning.exporting import onnx_bytes
-    from annotations.learning.networks import build_network
 
     settings = parse_settings(tomli_w.dumps(TINY), "tiny")
     description = changed(

@@ -13,10 +13,10 @@ pytestmark = pytest.mark.torch
 from annotations.documents.record import changed  # noqa: E402
 from annotations.errors import UserError  # noqa: E402
 from annotations.geometry.tool_library import shipped_tools  # noqa: E402
+from annotations.learning.architectures.networks import build_network  # noqa: E402
+from annotations.learning.architectures.pose_network import PoseNetwork  # noqa: E402
 from annotations.learning.conversion import convert_state  # noqa: E402
-from annotations.learning.networks import build_network  # noqa: E402
 from annotations.learning.origin import Origin, read_origin  # noqa: E402
-from annotations.learning.pose_network import PoseNetwork  # noqa: E402
 from annotations.learning.state_file import StateError, write_state  # noqa: E402
 from annotations.prediction.checkpoint import CheckpointError, load_checkpoint  # noqa: E402
 from annotations.prediction.checkpoint_description import CheckpointDescription, TrainingSummary  # noqa: E402

@@ -14,10 +14,10 @@ from tests.needs_torch import NEEDS_TORCH
 torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
 pytestmark = pytest.mark.torch
 
+from annotations.learning.architectures.network_settings import NetworkSettings  # noqa: E402
+from annotations.learning.architectures.networks import build_network, parameter_count  # noqa: E402
+from annotations.learning.architectures.pose_network import PoseNetwork  # noqa: E402
 from annotations.learning.conversion import convert_state  # noqa: E402
-from annotations.learning.network_settings import NetworkSettings  # noqa: E402
-from annotations.learning.networks import build_network, parameter_count  # noqa: E402
-from annotations.learning.pose_network import PoseNetwork  # noqa: E402
 from annotations.learning.state_file import StateError, read_state, write_state  # noqa: E402
 from annotations.prediction.checkpoint import CheckpointError, load_checkpoint  # noqa: E402
 from annotations.prediction.checkpoint_description import CheckpointDescription  # noqa: E402

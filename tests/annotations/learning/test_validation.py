@@ -11,8 +11,8 @@ torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
 pytestmark = pytest.mark.torch
 
 from annotations.geometry.targets import target_arrays  # noqa: E402
-from annotations.learning.loss_settings import LossSettings  # noqa: E402
-from annotations.learning.objective import Found, HeatmapObjective  # noqa: E402
+from annotations.learning.losses.loss_settings import LossSettings  # noqa: E402
+from annotations.learning.losses.objective import Found, HeatmapObjective  # noqa: E402
 from annotations.learning.validation import ValidationErrors, compare, validate  # noqa: E402
 from annotations.prediction.heatmaps import encode  # noqa: E402
 from annotations.prediction.prediction_errors import error_figures, prediction_errors, summarise  # noqa: E402

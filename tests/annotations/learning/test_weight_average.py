@@ -7,7 +7,7 @@ from tests.needs_torch import NEEDS_TORCH
 torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
 pytestmark = pytest.mark.torch
 
-from annotations.learning.networks import build_network  # noqa: E402
+from annotations.learning.architectures.networks import build_network  # noqa: E402
 from annotations.learning.weight_average import WeightAverage  # noqa: E402
 from tests.annotations.learning.tiny_training import tiny_settings  # noqa: E402
 

@@ -7,7 +7,7 @@ from PySide6.QtGui import QKeySequence
 from annotator.actions.action import When
 from annotator.actions.mouse_gestures import GESTURES
 from annotator.actions.table import ACTIONS, MENUS, TOOL_BAR, markdown, sheet_rows
-from annotator.session.view import Layer, Pane
+from annotator.session.viewing.view import Layer, Pane
 
 
 def test_every_action_has_a_shortcut_of_its_own():

@@ -17,7 +17,7 @@ from annotations.volumes import write_sidecar
 from annotator.scene.picking import Picture
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
-from annotator.session.handles import Handle
+from annotator.session.editing.handles import Handle
 
 SIZE = (420, 320)
 SLAB_TOP_UM: Vector = (19.5 * 15.9, 29.5 * 13.5, 20 * 9.4)

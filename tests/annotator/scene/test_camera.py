@@ -19,7 +19,7 @@ from annotator.scene.camera import (
     zoomed,
 )
 from annotator.scene.picking import Picture
-from annotator.session.view import Preset
+from annotator.session.viewing.view import Preset
 
 LOW, HIGH = (0.0, 0.0, 0.0), (17400.0, 26100.0, 10800.0)
 WIDTH_PX, HEIGHT_PX = 800.0, 600.0

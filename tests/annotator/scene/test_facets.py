@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from annotations.geometry.boxes import Box
 from annotator.scene.camera import preset, turned
 from annotator.scene.facets import facets
-from annotator.session.solids import Solid
+from annotator.session.editing.solids import Solid
 
 BOX = Box((8000.0, 12_000.0, 5000.0), (9000.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
 BLOCK, ROUND = (Solid("link0", "ghost", BOX, is_round, "#56b4e9") for is_round in (False, True))

@@ -12,7 +12,7 @@ from annotations.geometry.frames import vector
 from annotator.scene.camera import Camera, preset, turned
 from annotator.scene.handle_paths import CirclePath, LinePath, PlanePath, SpherePath, handle_path
 from annotator.scene.picking import Picture
-from annotator.session.handles import Handle
+from annotator.session.editing.handles import Handle
 
 HOME = preset("home", (0, 0, 0), (17_400, 26_100, 10_800), 2, 1.4)
 HERE_UM = (8000.0, 12_000.0, 5000.0)

@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtGui import QColor
 
 from annotator.scene.handles_layer import handle_picture
-from annotator.session.handles import HandleKind
+from annotator.session.editing.handles import HandleKind
 
 KINDS: tuple[HandleKind, ...] = get_args(HandleKind)
 BLUE = "#56b4e9"

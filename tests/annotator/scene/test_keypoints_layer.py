@@ -11,7 +11,7 @@ from PySide6.QtGui import QFont, QImage
 
 from annotator.scene.keypoints_layer import label_place, marker_picture
 from annotator.scene.picking import SPHERE_PX
-from annotator.session.keypoint_marks import KeypointMark
+from annotator.session.editing.keypoint_marks import KeypointMark
 
 PLACED = KeypointMark(
     name="k0",

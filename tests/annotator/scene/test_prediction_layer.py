@@ -20,8 +20,8 @@ from annotator.looks.prediction_marks import (
 from annotator.scene.colors import rgb
 from annotator.scene.heatmap_layer import surface
 from annotator.scene.prediction_layer import mark_picture
-from annotator.session.predicted import ShownPrediction
-from annotator.session.view import Layer
+from annotator.session.predictions.predicted import ShownPrediction
+from annotator.session.viewing.view import Layer
 from tests.annotator.scene.conftest import POSE, Scene, pixels
 from tests.annotator.shown_prediction import show_prediction
 

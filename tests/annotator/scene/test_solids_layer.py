@@ -13,7 +13,7 @@ from annotations.geometry.boxes import Box
 from annotator.scene.camera import preset
 from annotator.scene.segments import Segments
 from annotator.scene.solids_layer import SolidsLayer
-from annotator.session.solids import Solid
+from annotator.session.editing.solids import Solid
 
 BOX = Box((8000.0, 12_000.0, 5000.0), (9000.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
 SOLID = Solid("link0", "box", BOX, is_round=False, color="#56b4e9")

@@ -16,8 +16,8 @@ from annotations.errors import UserError
 from annotator.session import Session
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.options import SessionOptions
-from annotator.session.study_paths import KeptFromView, LookNeeded, neutral_label, read_path
-from annotator.session.worklist import WorkItem, Worklist, read_worklist
+from annotator.session.volumes.study_paths import KeptFromView, LookNeeded, neutral_label, read_path
+from annotator.session.volumes.worklist import WorkItem, Worklist, read_worklist
 from tests.annotator.blind_study import IDS, TELLING, annotate, write_study
 from tests.annotator.conftest import open_and_wait
 

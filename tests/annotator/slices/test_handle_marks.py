@@ -4,10 +4,10 @@ import pytest
 
 from annotations.geometry.boxes import Box
 from annotations.geometry.frames import Vector
-from annotator.session.box_handles import box_handles
-from annotator.session.handles import Handle
-from annotator.session.solids import Solid
-from annotator.session.view import View
+from annotator.session.editing.box_handles import box_handles
+from annotator.session.editing.handles import Handle
+from annotator.session.editing.solids import Solid
+from annotator.session.viewing.view import View
 from annotator.slices.handle_marks import COVER_PX, STEM_PX, HandleMark, handle_marks, handle_under
 from annotator.slices.projection import Plane
 from annotator.slices.viewport import Area, Viewport

@@ -13,9 +13,9 @@ from pytestqt.qtbot import QtBot
 from annotations.geometry.kinematics import link_boxes
 from annotator.looks.annotator_marks import annotator_color, text_color
 from annotator.session import Session
-from annotator.session.differences import Difference
+from annotator.session.agreement.differences import Difference
+from annotator.session.agreement.others import OtherAnnotation
 from annotator.session.options import SessionOptions
-from annotator.session.others import OtherAnnotation
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.others_painting import (
     other_marks,

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 
 from annotations.geometry.boxes import Box
 from annotator.session import Session
-from annotator.session.solids import Solid
+from annotator.session.editing.solids import Solid
 from annotator.slices.outline_painting import paint_outlines
 from annotator.slices.slice_view import SliceView
 from annotator.slices.solid_outlines import HingeSense, SolidOutline, solid_outlines

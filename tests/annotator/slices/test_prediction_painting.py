@@ -9,8 +9,8 @@ from pytestqt.qtbot import QtBot
 from annotations.prediction.heatmap_cloud import HeatmapCloud, heatmap_cloud
 from annotator.looks.prediction_marks import REVIEW_LOOKS
 from annotator.session import Session
-from annotator.session.drawn_prediction import DrawnPrediction, PairLabel
-from annotator.session.predicted import ShownPrediction
+from annotator.session.predictions.drawn_prediction import DrawnPrediction, PairLabel
+from annotator.session.predictions.predicted import ShownPrediction
 from annotator.slices.prediction_painting import PredictionPainter, review_marks, tint
 from annotator.slices.projection import Plane
 from annotator.slices.slice_view import SliceView

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from annotations.geometry import rotations
 from annotations.geometry.boxes import Box
-from annotator.session.solids import Solid
+from annotator.session.editing.solids import Solid
 from annotator.slices.projection import Plane
 from annotator.slices.solid_outlines import SolidOutline, section_um, solid_outlines
 from annotator.slices.viewport import Area, Viewport

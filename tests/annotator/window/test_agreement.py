@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QLineEdit, QTabWidget, QTreeView, QTreeWidget
 from pytestqt.qtbot import QtBot
 
 from annotations.agreement.report.exporting import export
-from annotator.dialogs.agreement_export_dialog import AgreementExportDialog
-from annotator.panels.agreement_panel import AgreementPanel
+from annotator.dialogs.exports.agreement_export_dialog import AgreementExportDialog
+from annotator.panels.agreement.agreement_panel import AgreementPanel
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.window.main_window import MainWindow

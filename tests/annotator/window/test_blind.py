@@ -28,14 +28,14 @@ from pytestqt.qtbot import QtBot
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
 from annotations.documents.study import ViewingRules, load_study, save_study
-from annotator.dialogs.dataset_dialog import DatasetDialog
+from annotator.dialogs.annotating.flag_dialog import FlagDialog
 from annotator.dialogs.error_dialog import ErrorDialog
-from annotator.dialogs.flag_dialog import FlagDialog
-from annotator.dialogs.look_dialog import LookDialog
-from annotator.dialogs.overwrite_dialog import OverwriteDialog
-from annotator.dialogs.recovery_dialog import RecoveryDialog
-from annotator.dialogs.spacing_dialog import SpacingDialog
-from annotator.dialogs.unsaved_dialog import UnsavedDialog
+from annotator.dialogs.files.dataset_dialog import DatasetDialog
+from annotator.dialogs.files.look_dialog import LookDialog
+from annotator.dialogs.files.overwrite_dialog import OverwriteDialog
+from annotator.dialogs.files.recovery_dialog import RecoveryDialog
+from annotator.dialogs.files.spacing_dialog import SpacingDialog
+from annotator.dialogs.files.unsaved_dialog import UnsavedDialog
 from annotator.session import Session
 from annotator.settings import Settings
 from annotator.window.main_window import MainWindow

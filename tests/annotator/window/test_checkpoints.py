@@ -5,8 +5,8 @@ from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QFileDialog, QLabel, QPlainTextEdit
 
+from annotator.dialogs.annotating.conversion_dialog import ConversionDialog
 from annotator.dialogs.checkpoint_dialog import CheckpointDialog
-from annotator.dialogs.conversion_dialog import ConversionDialog
 from annotator.dialogs.error_dialog import ErrorDialog
 from tests.annotations.prediction.tiny_networks import save_tiny
 from tests.annotator.blind_study import write_study

@@ -11,9 +11,9 @@ from PySide6.QtWidgets import QAbstractSpinBox, QFileDialog, QLabel
 from annotations.documents.files import load_annotation
 from annotations.documents.recovery import find_recoveries
 from annotator.dialogs.error_dialog import ErrorDialog
-from annotator.dialogs.overwrite_dialog import OverwriteDialog
-from annotator.dialogs.recovery_dialog import RecoveryDialog
-from annotator.dialogs.unsaved_dialog import UnsavedDialog
+from annotator.dialogs.files.overwrite_dialog import OverwriteDialog
+from annotator.dialogs.files.recovery_dialog import RecoveryDialog
+from annotator.dialogs.files.unsaved_dialog import UnsavedDialog
 from annotator.session import Session
 
 A_UM = (200.0, 300.0, 250.0)

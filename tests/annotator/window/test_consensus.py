@@ -10,8 +10,8 @@ from pytestqt.qtbot import QtBot
 
 from annotations.documents.files import load_annotation
 from annotations.documents.study import CONSENSUS, annotation_path
-from annotator.dialogs.training_export_dialog import TrainingExportDialog
-from annotator.dialogs.training_report_dialog import TrainingReportDialog
+from annotator.dialogs.exports.training_export_dialog import TrainingExportDialog
+from annotator.dialogs.exports.training_report_dialog import TrainingReportDialog
 from annotator.session import Session
 from annotator.window.main_window import MainWindow
 from tests.annotator.conftest import open_and_wait

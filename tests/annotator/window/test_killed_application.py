@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from annotations.documents.recovery import find_recoveries
-from annotator.dialogs.recovery_dialog import RecoveryDialog
+from annotator.dialogs.files.recovery_dialog import RecoveryDialog
 from annotator.session import Session
 
 SCRIPT = Path(__file__).with_name("crashing_application.py")

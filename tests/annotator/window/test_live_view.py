@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtWidgets import QPushButton
 
 from annotator.dialogs.checkpoint_dialog import CheckpointDialog
-from annotator.dialogs.live_window import LiveWindow
+from annotator.dialogs.live.live_window import LiveWindow
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from annotations.documents.record import Method
 from annotations.documents.study import Study, StudyVolume, save_study
 from annotations.geometry.boxes import Box
-from annotator.panels.annotation_panel import AnnotationPanel
+from annotator.panels.annotation.annotation_panel import AnnotationPanel
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.settings import Settings

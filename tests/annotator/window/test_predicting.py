@@ -16,8 +16,8 @@ from annotations.prediction import inference_child
 from annotations.prediction.shipped import shipped_checkpoint
 from annotator.dialogs.checkpoint_dialog import CheckpointDialog
 from annotator.dialogs.error_dialog import ErrorDialog
-from annotator.dialogs.look_dialog import LookDialog
-from annotator.dialogs.unjudged_dialog import UnjudgedDialog
+from annotator.dialogs.exports.unjudged_dialog import UnjudgedDialog
+from annotator.dialogs.files.look_dialog import LookDialog
 from annotator.session import Session
 from tests.annotations.prediction.tiny_networks import DESCRIPTION, redescribed, rewritten, save_tiny
 from tests.annotator.predicted_study import IDS, NAME

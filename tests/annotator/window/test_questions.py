@@ -13,11 +13,12 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QListWidget
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotations.volumes import read_sidecar, write_sidecar
-from annotator.dialogs.dataset_dialog import DatasetDialog
 from annotator.dialogs.error_dialog import ErrorDialog
-from annotator.dialogs.identity_dialog import IdentityDialog
-from annotator.dialogs.spacing_dialog import SpacingDialog
-from annotator.session import Session, volume_opener
+from annotator.dialogs.files.dataset_dialog import DatasetDialog
+from annotator.dialogs.files.spacing_dialog import SpacingDialog
+from annotator.dialogs.study.identity_dialog import IdentityDialog
+from annotator.session import Session
+from annotator.session.volumes import volume_opener
 from tests.annotator.blind_study import write_study
 
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QTableView, QToolButton, QWidget
 
 from annotations.documents.locks import STALE_S, lock_path
 from annotator.dialogs.error_dialog import ErrorDialog
-from annotator.dialogs.takeover_dialog import TakeoverDialog
+from annotator.dialogs.files.takeover_dialog import TakeoverDialog
 from annotator.session import Session
 
 HERE_UM = (200.0, 200.0, 200.0)

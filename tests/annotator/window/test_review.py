@@ -20,8 +20,8 @@ from annotations.prediction.shipped import shipped_checkpoint
 from annotations.prediction.study_errors import kept_predictions, study_errors
 from annotations.prediction.verdict_file import load_verdicts
 from annotator.dialogs.checkpoint_dialog import CheckpointDialog
-from annotator.dialogs.errors_export_dialog import ErrorsExportDialog
-from annotator.panels.predictions_panel import PredictionsPanel
+from annotator.dialogs.exports.errors_export_dialog import ErrorsExportDialog
+from annotator.panels.predictions.predictions_panel import PredictionsPanel
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.window.main_window import MainWindow

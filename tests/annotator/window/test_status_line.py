@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QToolTip, QWidget
 from annotations.fitting.refine import Refinement
 from annotations.volumes import Ray
 from annotator.looks import theme
-from annotator.session.view import Preview
+from annotator.session.viewing.view import Preview
 from annotator.window.status_line import StatusLine
 
 A_UM = (318.0, 405.0, 235.0)

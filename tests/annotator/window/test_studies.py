@@ -14,9 +14,9 @@ from annotations.documents.study import STUDY_FILE, ViewingRules, load_study, sa
 from annotations.documents.study_building import with_annotators
 from annotations.durable_files import SaveError
 from annotator.dialogs.error_dialog import ErrorDialog
-from annotator.dialogs.study_check_dialog import StudyCheckDialog
-from annotator.dialogs.study_dialog import StudyDialog
-from annotator.dialogs.study_settings_dialog import StudySettingsDialog
+from annotator.dialogs.study.study_check_dialog import StudyCheckDialog
+from annotator.dialogs.study.study_dialog import StudyDialog
+from annotator.dialogs.study.study_settings_dialog import StudySettingsDialog
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.window.main_window import MainWindow

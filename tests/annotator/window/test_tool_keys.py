@@ -13,9 +13,9 @@ from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotations.geometry.rotations import from_yaw_pitch_roll, matrix
 from annotations.geometry.tool_library import load_tool
 from annotator.actions.table import ACTIONS
-from annotator.dialogs.calibration_dialog import CalibrationDialog
+from annotator.dialogs.annotating.calibration_dialog import CalibrationDialog
+from annotator.dialogs.annotating.roll_dialog import RollChoiceDialog, RollEntryDialog
 from annotator.dialogs.error_dialog import ErrorDialog
-from annotator.dialogs.roll_dialog import RollChoiceDialog, RollEntryDialog
 
 NO_MODIFIER = Qt.KeyboardModifier.NoModifier
 CONTROL, SHIFT, ALT = (

@@ -1,0 +1,1 @@
+"""The networks, and the settings from which each is built."""

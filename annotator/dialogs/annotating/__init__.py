@@ -1,0 +1,1 @@
+"""Questions about the instrument and how it is annotated."""

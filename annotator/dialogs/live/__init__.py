@@ -1,0 +1,1 @@
+"""The window that shows volumes as they come."""

@@ -1,0 +1,1 @@
+"""Making a study, changing it, and finding what is wrong with it."""

@@ -1,0 +1,1 @@
+"""Annotators beside each other, and the consensus that settles them."""

@@ -1,0 +1,1 @@
+"""What is placed, and what follows from it: keypoints or boxes, pose, fit, likely mistakes."""

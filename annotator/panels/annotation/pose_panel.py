@@ -1,0 +1,160 @@
+"""What the geometry says of the open document, live: pose, fit, likely mistakes, lengths and distances."""
+
+from functools import partial
+
+from PySide6.QtCore import QTimer, Slot
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+
+from annotations.documents.annotation import Annotation
+from annotations.geometry.tool import ToolSpecification
+from annotator.looks.folding import Folding, scrolling_column
+from annotator.looks.labels import WrappedText
+from annotator.looks.naming import named
+from annotator.panels.annotation.distance_tables import DistanceMatrix, LinkTable
+from annotator.panels.annotation.fit_section import FitSection
+from annotator.panels.annotation.mistakes_section import MistakesSection
+from annotator.panels.annotation.pose_controls import PoseControls
+from annotator.panels.annotation.pose_readout import PoseReadout, Reading, pose_readout
+from annotator.panels.annotation.refinement_section import RefinementSection
+from annotator.panels.widgets.readings_grid import Line, ReadingsGrid
+from annotator.session import Session
+from annotator.session.viewing.view import View
+
+_NO_SIGN = (
+    "Angles are unsigned: a sign needs the hinge axis, which keypoints alone do not give. "
+    "Orientation is a direction; roll about the shaft is not in it."
+)
+_SIGNED = (
+    "Signed angles turn about the hinge, the boxes' own +y. "
+    "Orientation is a direction; roll about the shaft is not in it, but in the boxes."
+)
+_ROLL_ONLY = "Orientation is a direction; roll about the shaft is not in it."
+
+
+class PosePanel(QWidget):
+    """The pose targets, the fit of the tool and what can be done with it, in sections that fold away."""
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._readout: PoseReadout | None = None
+        self.setObjectName("pose_panel")
+        self.setAccessibleName("Pose")
+
+        self._nothing = WrappedText("Open a volume to see the pose of its tool.", name="pose_nothing")
+        self._targets = ReadingsGrid()
+        self._note = WrappedText(name="pose_note")
+        self._note.set_color(lambda colors: colors.muted)
+        self._copy = named(QPushButton("&Copy as table"), "pose_copy")
+        self._copy.setToolTip("Copy pose, lengths and distances as tab-separated text, for a spreadsheet")
+        self._copy.clicked.connect(self._on_copy_clicked)
+        self._fit = FitSection(session)
+        self._mistakes = MistakesSection(session)
+        self._controls = PoseControls(session)
+        self._refinement = RefinementSection(session)
+        self._links = LinkTable()
+        self._pairs = DistanceMatrix()
+
+        copy_row = QHBoxLayout()
+        copy_row.addWidget(self._copy)
+        copy_row.addStretch(1)
+        pose = QWidget()
+        pose_layout = QVBoxLayout(pose)
+        pose_layout.setContentsMargins(8, 0, 0, 4)
+        pose_layout.addWidget(self._targets)
+        pose_layout.addWidget(self._note)
+        pose_layout.addLayout(copy_row)
+        self._sections = [
+            Folding("Pose", pose, name="pose_unfold", unfolded=True),
+            Folding("Check", self._mistakes, name="mistakes_unfold", unfolded=True),
+            Folding("Fit of the tool", self._fit, name="fit_unfold", unfolded=True),
+            Folding("Pose the tool", self._controls, name="controls_unfold", unfolded=True),
+            Folding("Refine", self._refinement, name="refine_unfold", unfolded=True),
+            Folding("Links / mm", self._links, name="links_unfold", unfolded=True),
+            Folding("Distances / mm", self._pairs, name="distances_unfold", unfolded=False),
+        ]
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        self._scroll = scrolling_column([self._nothing, *self._sections], "pose_scroll")
+        layout.addWidget(self._scroll)
+
+        session.document_changed.connect(self._on_session_document_changed)
+        session.view_changed.connect(self._on_session_view_changed)
+        session.volume_changed.connect(self._on_session_volume_changed)
+        self._draw()
+
+    def copy_to_clipboard(self) -> None:
+        """Copy everything as a tab-separated table."""
+        if self._readout is not None:
+            QGuiApplication.clipboard().setText(self._readout.table())
+            self._session.post_message("Pose and distances are on the clipboard")
+
+    @Slot()
+    def _on_copy_clicked(self) -> None:
+        self.copy_to_clipboard()
+
+    @Slot(object, object)
+    def _on_session_document_changed(self, before: object, after: object) -> None:
+        self._draw()
+
+    @Slot(object, object)
+    def _on_session_view_changed(self, before: View, after: View) -> None:
+        if before.preview != after.preview or before.draft is not after.draft:
+            self._draw()
+        elif (before.mode, before.pose) != (after.mode, after.pose):
+            self._controls.draw()
+        if before.mode != "pose" and after.mode == "pose":
+            QTimer.singleShot(0, self, partial(self._bring_in_sight, self._controls))
+        if before.refinement is not after.refinement:
+            self._refinement.draw()
+            if after.refinement is not None:
+                # A proposal waits for an answer.
+                QTimer.singleShot(0, self, partial(self._bring_in_sight, self._refinement))
+
+    @Slot()
+    def _on_session_volume_changed(self) -> None:
+        self._draw()
+
+    def _bring_in_sight(self, content: QWidget) -> None:
+        """Scroll to a section, and to its title rather than its end; not before it has been laid out."""
+        section = next(section for section in self._sections if section.isAncestorOf(content))
+        self._scroll.ensureWidgetVisible(section, 0, 0)
+        bar = self._scroll.verticalScrollBar()
+        bar.setValue(min(bar.value(), section.y()))
+
+    def _draw(self) -> None:
+        tool, document = self._session.tool, self._session.shown_document
+        self._nothing.setVisible(document is None)
+        for section in self._sections:
+            section.setVisible(document is not None)
+        if document is None or tool is None:
+            self._readout = None
+            return
+        self._draw_readout(document, tool)
+        self._fit.draw()
+        self._mistakes.draw()
+        self._controls.draw()
+        self._refinement.draw()
+
+    def _draw_readout(self, document: Annotation, tool: ToolSpecification) -> None:
+        readout = pose_readout(document, tool)
+        if readout == self._readout:
+            return
+        self._readout = readout
+        self._targets.show_lines([_line(reading) for reading in readout.targets])
+        self._note.setText(_note(document, tool))
+        self._links.show_readout(readout)
+        self._pairs.show_readout(readout)
+
+
+def _line(reading: Reading) -> Line:
+    text = "\n".join(reading.texts) or reading.missing
+    is_known = not reading.missing
+    return Line(f"pose_{reading.name}", reading.title, text, is_known=is_known, doubt=reading.doubt)
+
+
+def _note(document: Annotation, tool: ToolSpecification) -> str:
+    if not tool.targets.angles:
+        return _ROLL_ONLY
+    return _SIGNED if document.method == "boxes" else _NO_SIGN

@@ -1,0 +1,1 @@
+"""How the volume is shown: window and level, opacity, cropping."""

@@ -1,0 +1,1 @@
+"""The volumes to annotate, and how far each is."""

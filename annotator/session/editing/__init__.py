@@ -1,0 +1,1 @@
+"""What a person does to the open document, and what the geometry makes of it."""

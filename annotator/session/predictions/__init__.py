@@ -1,0 +1,1 @@
+"""Checkpoints, what they predict, and what a reviewer says of it."""

@@ -1,0 +1,1 @@
+"""How the volume is looked at: a frozen model, and what is on its way without being an edit."""
