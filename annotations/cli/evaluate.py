@@ -14,16 +14,17 @@ from annotations.documents.study import load_study
 from annotations.durable_files import replace_durably
 from annotations.errors import UserError, first_problem
 from annotations.interchange.split import SplitRule, split_rule
-from annotations.learning.stages import learned_fingerprints, said_settings, seen_seeds
+from annotations.learning.training.stages import learned_fingerprints, said_settings, seen_seeds
 from annotations.prediction.checkpoint import Checkpoint, load_checkpoint
 from annotations.prediction.checkpoint_description import TrainingSummary
-from annotations.prediction.evaluation import (
+from annotations.prediction.errors.evaluation import (
     Evaluation,
     HeldOut,
     SyntheticVolumes,
     evaluate_study,
     evaluate_synthetic,
 )
+from annotations.prediction.errors.study_errors import Truth
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.report.exporting import check_report_places, export_errors
 from annotations.prediction.report.file_names import report_paths
@@ -31,7 +32,6 @@ from annotations.prediction.report.material import ReportMaterial, report_materi
 from annotations.prediction.report.text_report import text_of
 from annotations.prediction.runtime import Runtime
 from annotations.prediction.shipped import find_checkpoint
-from annotations.prediction.study_errors import Truth
 from annotations.synthesis.conditions import PLAIN_CONDITIONS, TRAINING_CONDITIONS, SceneConditions
 
 _SEED = 2_000_003

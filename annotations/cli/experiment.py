@@ -10,9 +10,9 @@ from annotations.cli.output import write_text
 from annotations.cli.stopping import STOPPED, say, stopping
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool_library import find_tool
-from annotations.learning.annotated_examples import find_studies
-from annotations.learning.experiments import EXPERIMENT_SIZES, experiment, resized
-from annotations.learning.settings import AnnotatedSettings
+from annotations.learning.examples.annotated_examples import find_studies
+from annotations.learning.experiments.experiments import EXPERIMENT_SIZES, experiment, resized
+from annotations.learning.settings.training_settings import AnnotatedSettings
 
 _FULL = "full"
 
@@ -26,7 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     require_torch()
     import torch
 
-    from annotations.learning.experiment import experiment_data, run_experiment
+    from annotations.learning.experiments.experiment import experiment_data, run_experiment
 
     torch.set_num_threads(arguments.threads or os.cpu_count() or 1)
     studies = find_studies(arguments.studies)

@@ -13,10 +13,10 @@ from annotations.cli.stopping import STOPPED, say, stopping
 from annotations.errors import Cancelled, UserError
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
-from annotations.learning.settings import TrainingSettings, read_settings
+from annotations.learning.settings.training_settings import TrainingSettings, read_settings
 
 if TYPE_CHECKING:
-    from annotations.learning.annotated_examples import FoundStudy
+    from annotations.learning.examples.annotated_examples import FoundStudy
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -34,11 +34,11 @@ def run(arguments: argparse.Namespace) -> int:
     require_torch()
     import torch
 
-    from annotations.learning.annotated_examples import annotated_examples, find_studies
-    from annotations.learning.checkpoint_training import train_checkpoint
-    from annotations.learning.examples import AnnotatedExamples
-    from annotations.learning.origin import read_origin
-    from annotations.learning.stages import learned_fingerprints
+    from annotations.learning.examples.annotated_examples import annotated_examples, find_studies
+    from annotations.learning.examples.examples import AnnotatedExamples
+    from annotations.learning.training.checkpoint_training import train_checkpoint
+    from annotations.learning.training.origin import read_origin
+    from annotations.learning.training.stages import learned_fingerprints
 
     torch.set_num_threads(settings.threads or os.cpu_count() or 1)
     studies = find_studies(arguments.studies)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from annotations.learning.exporting import halved, onnx_bytes
-from annotations.learning.state_file import read_state
+from annotations.learning.training.state_file import read_state
 from annotations.prediction.checkpoint import Checkpoint, save_checkpoint
 
 
@@ -13,7 +13,7 @@ def convert_state(path: Path, output: Path, *, half: bool = False) -> Checkpoint
     Parameters
     ----------
     path : Path
-        The weights; see `annotations.learning.state_file`.
+        The weights; see `annotations.learning.training.state_file`.
     output : Path
         The checkpoint; a file of that name is replaced.
     half : bool

@@ -10,9 +10,9 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor
 
-from annotations.learning.architectures.network_settings import NetworkSettings
 from annotations.learning.architectures.networks import build_network
 from annotations.learning.architectures.pose_network import PoseNetwork
+from annotations.learning.settings.network_settings import NetworkSettings
 
 _OPSET = 17
 """Of 2022: every runtime reads it, and the networks need nothing newer."""

@@ -1,7 +1,7 @@
 """What a checkpoint says of its training, in words."""
 
 from annotations.prediction.checkpoint_description import TrainingSummary
-from annotations.prediction.error_text import column_title
+from annotations.prediction.errors.error_text import column_title
 
 _UNKNOWN = "it does not say"
 

@@ -7,7 +7,7 @@ from annotator.actions.action import Action
 
 if TYPE_CHECKING:
     # Half a second that only those wait for who predict.
-    from annotations.prediction.verdicts import Verdict
+    from annotations.prediction.verdicts.verdicts import Verdict
 
 VERDICT_TITLES: "Mapping[Verdict, str]" = {
     "annotation_wrong": "The Annotation Is Wrong",

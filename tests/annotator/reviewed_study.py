@@ -11,10 +11,10 @@ from annotations.documents.study import ViewingRules, annotation_path
 from annotations.documents.volume_link import reference_to
 from annotations.geometry.frames import Vector, vector
 from annotations.prediction.checkpoint import Checkpoint
+from annotations.prediction.errors.study_errors import Truth
 from annotations.prediction.predicted_pose import fit_prediction
 from annotations.prediction.prediction import prediction_of
 from annotations.prediction.prediction_file import save_prediction, study_prediction_path
-from annotations.prediction.study_errors import Truth
 from annotations.prediction.volume_prediction import reference_to_checkpoint
 from annotations.volumes import fingerprint, open_volume
 from annotator.session import Session

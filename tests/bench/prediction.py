@@ -49,7 +49,7 @@ def untrained_checkpoint(path: Path) -> Checkpoint:
     from annotations.documents.record import now
     from annotations.learning.architectures.networks import build_network, parameter_count
     from annotations.learning.exporting import onnx_bytes
-    from annotations.learning.settings import TrainingSettings
+    from annotations.learning.settings.training_settings import TrainingSettings
 
     torch.manual_seed(0)
     settings, tool = TrainingSettings(), find_tool("magnetic-forceps")

@@ -153,8 +153,8 @@ def measure(folder: Path, other_path: Path) -> dict[str, float]:
     from PySide6.QtWidgets import QLineEdit, QTabWidget, QTreeView
 
     from annotations.prediction.checkpoint import load_checkpoint
+    from annotations.prediction.errors.study_errors import Truth
     from annotations.prediction.shipped import shipped_checkpoint
-    from annotations.prediction.study_errors import Truth
 
     bench = Bench(folder / "bench")
     session, window = bench.session, bench.window

@@ -2,7 +2,7 @@
 
 from torch import Tensor, nn
 
-from annotations.learning.architectures.network_settings import NetworkSettings
+from annotations.learning.settings.network_settings import NetworkSettings
 
 Size3 = int | tuple[int, int, int]
 

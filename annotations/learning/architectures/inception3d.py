@@ -6,8 +6,8 @@ import torch
 from torch import Tensor, nn
 
 from annotations.learning.architectures.blocks import ConvolutionBlock, PooledRegression, draw_for_rectifiers
-from annotations.learning.architectures.network_settings import NetworkSettings, scaled_channels
 from annotations.learning.architectures.pose_network import PoseNetwork
+from annotations.learning.settings.network_settings import NetworkSettings, scaled_channels
 
 
 class _Branches(NamedTuple):

@@ -1,11 +1,11 @@
 """The networks by name."""
 
 from annotations.learning.architectures.inception3d import Inception3D
-from annotations.learning.architectures.network_settings import NetworkSettings
+from annotations.learning.architectures.lean import LeanNetwork
 from annotations.learning.architectures.pose_network import PoseNetwork
 from annotations.learning.architectures.resnext3d import ResNeXt3D
 from annotations.learning.architectures.v2v import V2VPoseNet, V2VRegression
-from annotations.learning.lean import LeanNetwork
+from annotations.learning.settings.network_settings import NetworkSettings
 
 
 def build_network(settings: NetworkSettings) -> PoseNetwork:

@@ -5,7 +5,7 @@ from abc import abstractmethod
 import torch
 from torch import Tensor, nn
 
-from annotations.learning.architectures.network_settings import NetworkSettings
+from annotations.learning.settings.network_settings import NetworkSettings
 
 
 class PoseNetwork(nn.Module):

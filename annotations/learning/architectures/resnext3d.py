@@ -3,8 +3,8 @@
 from torch import Tensor, nn
 
 from annotations.learning.architectures.blocks import ConvolutionBlock, PooledRegression, draw_for_rectifiers
-from annotations.learning.architectures.network_settings import NetworkSettings, scaled_channels
 from annotations.learning.architectures.pose_network import PoseNetwork
+from annotations.learning.settings.network_settings import NetworkSettings, scaled_channels
 
 _CARDINALITY = 32
 _STEM = 64

@@ -8,8 +8,8 @@ from annotations.learning.architectures.blocks import (
     middle_of_the_range,
     start_near_zero,
 )
-from annotations.learning.architectures.network_settings import NetworkSettings, scaled_channels
 from annotations.learning.architectures.pose_network import PoseNetwork
+from annotations.learning.settings.network_settings import NetworkSettings, scaled_channels
 
 # Channels of the first convolution, and of the features at 1/2, 1/4 and 1/8 of the input.
 _STEM, _FINE, _MIDDLE, _COARSE = 16, 32, 64, 128

@@ -9,9 +9,9 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from annotations.learning.losses.loss_settings import LossSettings
 from annotations.learning.losses.pose_losses import PoseLoss
 from annotations.learning.losses.weighted_mean import weighted_mean
+from annotations.learning.settings.loss_settings import LossSettings
 from annotations.prediction.heatmaps import HeatmapConvention, axis_profiles
 
 

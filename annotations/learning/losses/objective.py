@@ -15,10 +15,8 @@ from annotations.geometry.frames import vector
 from annotations.geometry.mirroring import has_mirrored_poses
 from annotations.geometry.targets import TargetArrays, target_arrays
 from annotations.geometry.tool import ToolSpecification
-from annotations.learning.architectures.network_settings import NetworkSettings
-from annotations.learning.augmentation import augmented, mixed_samples
-from annotations.learning.augmentation_settings import AugmentationSettings
-from annotations.learning.examples import Example, Samples
+from annotations.learning.examples.augmentation import augmented, mixed_samples
+from annotations.learning.examples.examples import Example, Samples
 from annotations.learning.losses.heatmap_losses import (
     HeatmapTargets,
     heatmap_targets,
@@ -27,7 +25,9 @@ from annotations.learning.losses.heatmap_losses import (
 )
 from annotations.learning.losses.pose_losses import PoseLoss, regression_loss
 from annotations.learning.pose_vector import PoseScaling
-from annotations.learning.settings import TrainingSettings
+from annotations.learning.settings.augmentation_settings import AugmentationSettings
+from annotations.learning.settings.network_settings import NetworkSettings
+from annotations.learning.settings.training_settings import TrainingSettings
 from annotations.prediction.heatmaps import decode, in_range
 
 

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 
-from annotations.prediction.error_table import ErrorTable
+from annotations.prediction.errors.error_table import ErrorTable
 from annotations.prediction.prediction import CheckpointReference
 
 _NAMELESS = "no checkpoint"

@@ -4,13 +4,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from annotations.agreement.report.csv_report import Cell, Row, csv_bytes
 from annotations.agreement.results import Estimate
-from annotations.prediction.error_table import ErrorsOfVolume
-from annotations.prediction.prediction_errors import ErrorFigures
+from annotations.prediction.errors.error_table import ErrorsOfVolume
+from annotations.prediction.errors.prediction_errors import ErrorFigures
 from annotations.prediction.report.material import JudgedCheckpoint, ReportMaterial
 from annotations.prediction.report.paired_table import paired_rows
 from annotations.prediction.report.tables import targets_of
-from annotations.prediction.verdict_csv import verdicts_csv
-from annotations.prediction.verdicts import VerdictList
+from annotations.prediction.verdicts.verdict_csv import verdicts_csv
+from annotations.prediction.verdicts.verdicts import VerdictList
 
 FILES = (
     "volumes.csv",

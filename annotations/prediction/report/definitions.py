@@ -1,7 +1,7 @@
 """What the figures of a report on errors mean, in words and formulas that need no other source."""
 
 from annotations.agreement.report.contents import Formula, Item, Paragraph, Section
-from annotations.prediction.prediction_errors import FAR_UM
+from annotations.prediction.errors.prediction_errors import FAR_UM
 from annotations.prediction.report.material import ReportMaterial
 
 

@@ -28,9 +28,9 @@ from annotations.agreement.report.marks import (
 )
 from annotations.agreement.report.palette import FAINT, Look
 from annotations.geometry.tool import ToolSpecification
-from annotations.prediction.error_table import ErrorsOfVolume, ErrorTable
-from annotations.prediction.error_text import column_title
-from annotations.prediction.prediction_errors import FAR_UM
+from annotations.prediction.errors.error_table import ErrorsOfVolume, ErrorTable
+from annotations.prediction.errors.error_text import column_title
+from annotations.prediction.errors.prediction_errors import FAR_UM
 from annotations.prediction.report.plot_parts import draw_legend, legend_in, logarithmic, looks_of
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import Any
 
 from annotations import __version__
 from annotations.documents.files import document_bytes
-from annotations.prediction.ranking import RankedVolume
+from annotations.prediction.errors.ranking import RankedVolume
 from annotations.prediction.report.material import ReportMaterial
 
 SCHEMA = "oct-error-report/1"

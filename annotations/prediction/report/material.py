@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from annotations.geometry.tool import ToolSpecification
-from annotations.prediction.error_table import ErrorTable
-from annotations.prediction.paired_errors import PairedErrors, paired_errors
+from annotations.prediction.errors.error_table import ErrorTable
+from annotations.prediction.errors.paired_errors import PairedErrors, paired_errors
+from annotations.prediction.errors.ranking import RankedVolume, rank
+from annotations.prediction.errors.study_errors import Truth
 from annotations.prediction.prediction import Prediction
-from annotations.prediction.ranking import RankedVolume, rank
 from annotations.prediction.report.checkpoint_names import checkpoint_names
-from annotations.prediction.study_errors import Truth
-from annotations.prediction.verdict_file import study_verdicts
-from annotations.prediction.verdicts import Verdict, VerdictList, VolumeVerdict, is_stale
+from annotations.prediction.verdicts.verdict_file import study_verdicts
+from annotations.prediction.verdicts.verdicts import Verdict, VerdictList, VolumeVerdict, is_stale
 
 VERDICTS: Mapping[Verdict, str] = {
     "annotation_wrong": "Annotation wrong",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from annotations.agreement.report.contents import Table
 from annotations.agreement.report.labels import NOTHING, counted, p_value, ratio
 from annotations.agreement.results import Estimate, PairedTest
-from annotations.prediction.error_text import column_title, decimals_of
+from annotations.prediction.errors.error_text import column_title, decimals_of
 from annotations.prediction.report.material import ReportMaterial
 
 IN_WORDS = (

@@ -8,7 +8,7 @@ from annotations.agreement.report.labels import drawable
 from annotations.agreement.report.marks import FONT, LEGEND_IN, legend
 from annotations.agreement.report.palette import Look, numbered_look
 from annotations.agreement.report.typesetting import line_width_in
-from annotations.prediction.error_table import ErrorTable
+from annotations.prediction.errors.error_table import ErrorTable
 from annotations.prediction.report.checkpoint_names import checkpoint_names
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 from annotations.agreement.report.contents import Table
 from annotations.agreement.report.file_tables import MOST_ROWS, cut
 from annotations.agreement.report.labels import NOTHING, counted, moment
-from annotations.prediction.error_table import ErrorsOfVolume, ErrorTable, HumanFloor
-from annotations.prediction.error_text import column_title, decimals_of, mean_and_deviation
-from annotations.prediction.prediction_errors import ErrorFigures, ErrorOverview
-from annotations.prediction.ranking import RankedVolume
+from annotations.prediction.errors.error_table import ErrorsOfVolume, ErrorTable, HumanFloor
+from annotations.prediction.errors.error_text import column_title, decimals_of, mean_and_deviation
+from annotations.prediction.errors.prediction_errors import ErrorFigures, ErrorOverview
+from annotations.prediction.errors.ranking import RankedVolume
 from annotations.prediction.report.material import VERDICTS, JudgedCheckpoint, ReportMaterial
 
 BY_FORMULAS, BY_FIT = "predicted keypoints", "fitted pose"

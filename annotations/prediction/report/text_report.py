@@ -4,7 +4,7 @@ import re
 
 from annotations.agreement.report.contents import Table
 from annotations.agreement.report.table_text import table_text
-from annotations.prediction.error_text import error_text
+from annotations.prediction.errors.error_text import error_text
 from annotations.prediction.report import paired_table, tables
 from annotations.prediction.report.material import ReportMaterial
 

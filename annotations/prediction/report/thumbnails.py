@@ -18,10 +18,10 @@ from annotations.documents.study import load_study
 from annotations.errors import Cancelled
 from annotations.geometry.frames import Vector, extent_um
 from annotations.interchange.speaking_documents import SpeakingDocument, speaking_documents
-from annotations.prediction.error_table import ErrorsOfVolume
-from annotations.prediction.error_text import column_title, decimals_of
+from annotations.prediction.errors.error_table import ErrorsOfVolume
+from annotations.prediction.errors.error_text import column_title, decimals_of
+from annotations.prediction.errors.study_errors import true_positions_um
 from annotations.prediction.report.material import ReportMaterial
-from annotations.prediction.study_errors import true_positions_um
 
 if TYPE_CHECKING:
     from annotations.agreement.report.contents import Surface

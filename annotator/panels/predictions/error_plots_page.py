@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QSignalBlocker, Qt, QTimer, Slot
 from PySide6.QtGui import QColor, QImage, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
-from annotations.prediction.error_table import ErrorTable
+from annotations.prediction.errors.error_table import ErrorTable
 from annotations.prediction.report.error_plots import MEAN_KEYPOINT, ErrorPlot, error_plots, plot_targets
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named

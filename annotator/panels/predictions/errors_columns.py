@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from annotations.agreement.report.labels import NOTHING
-from annotations.prediction.error_table import ErrorsOfVolume, ErrorTable
-from annotations.prediction.error_text import column_title, decimals_of, mean_and_deviation
-from annotations.prediction.prediction_errors import error_figures
-from annotations.prediction.ranking import RankedVolume
+from annotations.prediction.errors.error_table import ErrorsOfVolume, ErrorTable
+from annotations.prediction.errors.error_text import column_title, decimals_of, mean_and_deviation
+from annotations.prediction.errors.prediction_errors import error_figures
+from annotations.prediction.errors.ranking import RankedVolume
 from annotator.panels.widgets.table_model import Column
 from annotator.session.predictions.judging import Judgement
 

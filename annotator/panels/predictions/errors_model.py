@@ -6,8 +6,8 @@ from typing import Any, Literal
 from PySide6.QtCore import QModelIndex, QObject, Qt, Signal
 from PySide6.QtGui import QGuiApplication
 
-from annotations.prediction.error_table import ErrorTable
-from annotations.prediction.ranking import RankedVolume
+from annotations.prediction.errors.error_table import ErrorTable
+from annotations.prediction.errors.ranking import RankedVolume
 from annotator.looks import theme
 from annotator.panels.predictions.errors_columns import (
     RANK,

@@ -26,7 +26,7 @@ from annotator.looks.naming import named
 from annotator.session import Session
 
 if TYPE_CHECKING:
-    from annotations.prediction.error_table import ErrorTable
+    from annotations.prediction.errors.error_table import ErrorTable
     from annotator.panels.predictions.error_plots_page import ErrorPlotsPage
     from annotator.panels.predictions.errors_page import ErrorsPage
     from annotator.panels.predictions.paired_page import PairedPage
@@ -178,7 +178,9 @@ class PredictionsPanel(QWidget):
 
     @Slot()
     def _on_truth_activated(self) -> None:
-        from annotations.prediction.study_errors import Truth  # late: it is there once there is a checkpoint
+        from annotations.prediction.errors.study_errors import (
+            Truth,  # late: it is there once there is a checkpoint
+        )
 
         predicting = self._session.predicting
         predicting.choose_truth(

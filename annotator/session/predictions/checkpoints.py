@@ -105,7 +105,7 @@ def _read(path: Path) -> "Checkpoint":
     from annotations.prediction.checkpoint import load_checkpoint  # late: few sessions open one
 
     # What whoever uses it needs next: the window does not wait for it.
-    importlib.import_module("annotations.prediction.study_errors")
+    importlib.import_module("annotations.prediction.errors.study_errors")
     return load_checkpoint(path)
 
 

@@ -16,9 +16,9 @@ from annotator.session.remembered import Remembered
 from annotator.session.state import SessionState
 
 if TYPE_CHECKING:
-    from annotations.prediction.error_table import ErrorsOfVolume
+    from annotations.prediction.errors.error_table import ErrorsOfVolume
     from annotations.prediction.prediction import CheckpointReference
-    from annotations.prediction.verdicts import Verdict, VerdictList, VolumeVerdict
+    from annotations.prediction.verdicts.verdicts import Verdict, VerdictList, VolumeVerdict
 
 VERDICT_WORDS: "Mapping[Verdict, str]" = {
     "annotation_wrong": "annotation",
@@ -129,8 +129,11 @@ class Judging(QObject):
 
     def judge(self, verdict: "Verdict") -> None:
         """Record a verdict on the open volume; the same one again takes it back, or renews an old one."""
-        from annotations.prediction.verdict_file import record_verdict, withdraw_verdict  # late: few judge
-        from annotations.prediction.verdicts import verdict_on
+        from annotations.prediction.verdicts.verdict_file import (  # late: few judge
+            record_verdict,
+            withdraw_verdict,
+        )
+        from annotations.prediction.verdicts.verdicts import verdict_on
 
         row, checkpoint, before = self._row(), self.checkpoint, self.open_judgement
         if row is None or checkpoint is None:
@@ -153,7 +156,7 @@ class Judging(QObject):
             On whose prediction the verdict is; another one may be in use by now.
         note : str
         """
-        from annotations.prediction.verdict_file import record_verdict  # late: few judge
+        from annotations.prediction.verdicts.verdict_file import record_verdict  # late: few judge
 
         lists = self._lists.get(checkpoint.sha256, ())
         mine = next((each for each in lists if each.reviewer == self._session.person), None)
@@ -185,7 +188,7 @@ class Judging(QObject):
         return self._reviewing.row_of(self._reviewing.open_volume)
 
     def _is_outdated(self, verdict: "VolumeVerdict") -> bool:
-        from annotations.prediction.verdicts import is_stale  # late: few judge
+        from annotations.prediction.verdicts.verdicts import is_stale  # late: few judge
 
         checkpoint = self.checkpoint
         row = self._reviewing.row_of(verdict.volume)
@@ -196,7 +199,7 @@ class Judging(QObject):
             self._lists = {}
 
     def _on_reviewing_computed(self) -> None:
-        from annotations.prediction.verdict_file import load_verdicts  # late: few judge
+        from annotations.prediction.verdicts.verdict_file import load_verdicts  # late: few judge
 
         review, person = self._reviewing.review, self._session.person
         if review is None:

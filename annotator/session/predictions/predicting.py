@@ -33,8 +33,8 @@ from annotator.session.volumes.worklist import WorkItem
 if TYPE_CHECKING:
     # Half a second that only those wait for who predict.
     from annotations.prediction.checkpoint import Checkpoint
+    from annotations.prediction.errors.study_errors import Truth
     from annotations.prediction.prediction import Prediction
-    from annotations.prediction.study_errors import Truth
 
 Edit = Callable[[str, Callable[[Annotation], Annotation]], bool]
 
@@ -180,7 +180,7 @@ class Predicting(QObject):
     def truth(self) -> "Truth":
         """Whose annotations are taken for the truth."""
         if self._truth is None:
-            from annotations.prediction.study_errors import Truth  # late: few sessions predict
+            from annotations.prediction.errors.study_errors import Truth  # late: few sessions predict
 
             self._truth = Truth()
         return self._truth

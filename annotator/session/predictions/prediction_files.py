@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     # Half a second that only those wait for who predict.
     from annotations.interchange.speaking_documents import SpeakingDocument
     from annotations.prediction.checkpoint import Checkpoint
+    from annotations.prediction.errors.study_errors import Truth
     from annotations.prediction.prediction import Prediction
-    from annotations.prediction.study_errors import Truth
 
 # A spacing that was stored and read again may differ in its last digits.
 _SAME_SPACING = 1e-6

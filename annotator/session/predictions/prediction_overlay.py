@@ -25,9 +25,9 @@ from annotator.session.viewing.view import View
 if TYPE_CHECKING:
     # Half a second that only those wait for who predict.
     from annotations.prediction.checkpoint import Checkpoint
+    from annotations.prediction.errors.study_errors import Truth
     from annotations.prediction.inference_process import InferenceProcess
     from annotations.prediction.prediction import Prediction
-    from annotations.prediction.study_errors import Truth
     from annotations.prediction.volume_heatmaps import VolumeHeatmaps
 
 _NO_CHECKPOINT = "No checkpoint is loaded: Predictions ▸ Load Checkpoint…"
@@ -340,7 +340,7 @@ def _not_for_it(checkpoint: "Checkpoint", unfitness: str) -> str:
 
 
 def _true_um(annotation: Annotation | None, tool: ToolSpecification | None) -> Mapping[str, Vector]:
-    from annotations.prediction.study_errors import true_positions_um  # late: few sessions predict
+    from annotations.prediction.errors.study_errors import true_positions_um  # late: few sessions predict
 
     return {} if annotation is None or tool is None else true_positions_um(annotation, tool)
 
@@ -373,7 +373,7 @@ def _errors(
     predicted_um: Mapping[str, Vector], true_um: Mapping[str, Vector], tool: ToolSpecification
 ) -> Mapping[str, float]:
     """Return the errors of the open volume by the published formulas."""
-    from annotations.prediction.prediction_errors import positions_array_um, prediction_errors
+    from annotations.prediction.errors.prediction_errors import positions_array_um, prediction_errors
 
     errors = prediction_errors(
         positions_array_um([predicted_um], tool), positions_array_um([true_um], tool), tool

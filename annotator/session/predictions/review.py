@@ -15,10 +15,10 @@ from annotator.session.agreement.opinion_watch import FileMarks, file_marks
 if TYPE_CHECKING:
     # Half a second that only those wait for who review.
     from annotations.prediction.checkpoint import Checkpoint
-    from annotations.prediction.error_table import UnjudgedVolume
+    from annotations.prediction.errors.error_table import UnjudgedVolume
+    from annotations.prediction.errors.study_errors import StudyTruths, Truth
     from annotations.prediction.prediction import Prediction
     from annotations.prediction.report.material import JudgedCheckpoint, ReportMaterial
-    from annotations.prediction.study_errors import StudyTruths, Truth
 
 _UNFINISHED = "the errors show what the others found in volumes that are not done by you"
 
@@ -113,7 +113,10 @@ def computed_review(
     Cancelled
         `cancelled` returned true.
     """
-    from annotations.prediction.study_errors import kept_predictions, read_truths  # late: few sessions review
+    from annotations.prediction.errors.study_errors import (  # late: few sessions review
+        kept_predictions,
+        read_truths,
+    )
 
     # The open list tells of one method alone.
     check_may_see_all(study, folder, person, _UNFINISHED, cancelled)
@@ -161,8 +164,8 @@ def review_marks(folder: Path, checkpoints: "Sequence[Checkpoint]") -> FileMarks
 def _review_of(
     folder: Path, checkpoints: "tuple[Checkpoint, ...]", read: ReadStudy, marks: FileMarks
 ) -> Review:
+    from annotations.prediction.errors.study_errors import errors_against
     from annotations.prediction.report.material import report_material  # late: few sessions review
-    from annotations.prediction.study_errors import errors_against
 
     tables = [
         errors_against(read.truths, predicted, checkpoint.description, unjudged=unread)

@@ -17,7 +17,7 @@ from annotator.session.remembered import Remembered
 from annotator.session.volumes.worklist import NAMELESS, WorkItem
 
 if TYPE_CHECKING:
-    from annotations.prediction.error_table import ErrorsOfVolume, ErrorTable
+    from annotations.prediction.errors.error_table import ErrorsOfVolume, ErrorTable
     from annotations.prediction.report.material import JudgedCheckpoint
 
 _NO_STUDY = "Open a study: predictions are held against what its people say"

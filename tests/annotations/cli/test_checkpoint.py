@@ -126,9 +126,9 @@ def test_a_conversion_replaces_nothing(
 
 @needs_torch
 def test_weights_become_a_checkpoint(tmp_path: Path, run_json: Any) -> None:
-    from annotations.learning.architectures.network_settings import NetworkSettings
     from annotations.learning.architectures.networks import build_network
-    from annotations.learning.state_file import write_state
+    from annotations.learning.settings.network_settings import NetworkSettings
+    from annotations.learning.training.state_file import write_state
     from annotations.volumes.sampling import Sampling
 
     sampling = Sampling(shape=(16, 32, 32), spacing_um=(600.0, 200.0, 100.0))

@@ -13,7 +13,7 @@ import tomli_w
 
 from annotations.cli import main
 from annotations.documents.record import changed
-from annotations.learning.settings import TrainingSettings, parse_settings
+from annotations.learning.settings.training_settings import TrainingSettings, parse_settings
 from annotations.prediction.checkpoint import load_checkpoint, save_checkpoint
 from annotations.prediction.checkpoint_description import TrainingSummary
 from annotations.synthesis import write_study
@@ -160,7 +160,8 @@ def test_weights_of_another_network_are_refused_before_volumes_are_read(
     write_study(tmp_path / "study", TOOL, count=1, seed=3, shape=(20, 40, 40))
     recipe.write_text("[network]\nkind = 'v2v'\n", encoding="utf-8")
     monkeypatch.setattr(
-        "annotations.learning.annotated_examples.annotated_examples", lambda *_rest: pytest.fail("read")
+        "annotations.learning.examples.annotated_examples.annotated_examples",
+        lambda *_rest: pytest.fail("read"),
     )
     arguments = ["-o", str(tmp_path / "c.onnx"), "--config", str(recipe), "--from", "magnetic-forceps"]
     assert main(["train", str(tmp_path / "study"), *arguments]) == 1
@@ -194,7 +195,7 @@ def test_a_training_that_is_interrupted_goes_on_when_the_command_is_given_again(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from annotations.learning.training import Training
+    from annotations.learning.training.training import Training
 
     path, steps = tmp_path / "c.onnx", []
     arguments = ["train", "-o", str(path), "--config", str(recipe)]

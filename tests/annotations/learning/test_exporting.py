@@ -9,10 +9,10 @@ torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
 pytestmark = pytest.mark.torch
 onnxruntime = pytest.importorskip("onnxruntime")
 
-from annotations.learning.architectures.network_settings import NetworkSettings  # noqa: E402
 from annotations.learning.architectures.networks import build_network  # noqa: E402
 from annotations.learning.architectures.pose_network import PoseNetwork  # noqa: E402
 from annotations.learning.exporting import halved, onnx_bytes  # noqa: E402
+from annotations.learning.settings.network_settings import NetworkSettings  # noqa: E402
 from annotations.prediction.onnx_graph import GraphProblem, check_model, parse_model  # noqa: E402
 
 SHAPE = (16, 32, 32)

@@ -3,9 +3,9 @@
 from typing import Any
 
 from annotations.geometry.tool_library import shipped_tools
-from annotations.learning.examples import AnnotatedExamples, Example
-from annotations.learning.settings import TrainingSettings
-from annotations.learning.synthetic_stream import SyntheticSeries
+from annotations.learning.examples.examples import AnnotatedExamples, Example
+from annotations.learning.examples.synthetic_stream import SyntheticSeries
+from annotations.learning.settings.training_settings import TrainingSettings
 from annotations.synthesis.conditions import PLAIN_CONDITIONS
 
 TOOL = shipped_tools()["magnetic-forceps"]

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from annotations.learning.settings import parse_settings, read_settings
+from annotations.learning.settings.training_settings import parse_settings, read_settings
 from annotations.prediction import shipped
 from annotations.prediction.checkpoint import CheckpointError, load_checkpoint
-from annotations.prediction.evaluation import SyntheticVolumes, evaluate_synthetic
+from annotations.prediction.errors.evaluation import SyntheticVolumes, evaluate_synthetic
 from annotations.prediction.predictor import Predictor
 from annotations.prediction.runtime import Runtime
 from annotations.prediction.shipped import find_checkpoint, shipped_checkpoint, shipped_checkpoints

@@ -15,10 +15,10 @@ from annotations import demo
 from annotations.demo import make_demo_study
 from annotations.documents.record import changed
 from annotations.prediction.checkpoint import load_checkpoint, save_checkpoint
-from annotations.prediction.error_table import ErrorsOfVolume
+from annotations.prediction.errors.error_table import ErrorsOfVolume
+from annotations.prediction.errors.study_errors import kept_predictions, study_errors
 from annotations.prediction.shipped import shipped_checkpoint
-from annotations.prediction.study_errors import kept_predictions, study_errors
-from annotations.prediction.verdict_file import load_verdicts
+from annotations.prediction.verdicts.verdict_file import load_verdicts
 from annotator.dialogs.checkpoint_dialog import CheckpointDialog
 from annotator.dialogs.exports.errors_export_dialog import ErrorsExportDialog
 from annotator.panels.predictions.predictions_panel import PredictionsPanel

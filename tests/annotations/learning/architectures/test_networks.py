@@ -9,9 +9,9 @@ from tests.needs_torch import NEEDS_TORCH
 torch = pytest.importorskip("torch", reason=NEEDS_TORCH)
 pytestmark = pytest.mark.torch
 
-from annotations.learning.architectures.network_settings import NETWORK_KINDS, NetworkKind, NetworkSettings  # noqa: E402
 from annotations.learning.architectures.networks import build_network, parameter_count  # noqa: E402
 from annotations.learning.architectures.pose_network import PoseNetwork  # noqa: E402
+from annotations.learning.settings.network_settings import NETWORK_KINDS, NetworkKind, NetworkSettings  # noqa: E402
 
 torch.set_num_threads(1)
 

@@ -23,8 +23,8 @@ from annotations.learning.losses.heatmap_losses import (  # noqa: E402
     squared_error,
     squared_mass,
 )
-from annotations.learning.losses.loss_settings import LossSettings  # noqa: E402
 from annotations.learning.losses.pose_losses import PoseLoss  # noqa: E402
+from annotations.learning.settings.loss_settings import LossSettings  # noqa: E402
 from annotations.prediction.heatmaps import HeatmapConvention, decode, encode  # noqa: E402
 
 torch.set_num_threads(1)

@@ -10,11 +10,11 @@ import pytest
 from annotations.documents.files import load_annotation
 from annotations.documents.record import changed
 from annotations.documents.study import annotation_path
-from annotations.prediction.error_table import ErrorsOfVolume, ErrorTable, HumanFloor
+from annotations.prediction.errors.error_table import ErrorsOfVolume, ErrorTable, HumanFloor
+from annotations.prediction.errors.prediction_errors import ErrorFigures, ErrorOverview, error_figures
+from annotations.prediction.errors.study_errors import Truth, study_errors
 from annotations.prediction.prediction import CheckpointReference, Prediction
-from annotations.prediction.prediction_errors import ErrorFigures, ErrorOverview, error_figures
 from annotations.prediction.report.material import ReportMaterial, report_material
-from annotations.prediction.study_errors import Truth, study_errors
 from annotations.synthesis import write_study
 from tests.annotations.prediction.known_keypoints import FORCEPS
 from tests.annotations.prediction.made_predictions import made_prediction

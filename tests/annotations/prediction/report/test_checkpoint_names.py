@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from annotations.prediction.error_table import ErrorTable
+from annotations.prediction.errors.error_table import ErrorTable
 from annotations.prediction.report.checkpoint_names import checkpoint_names
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from annotations.agreement.report.pictures import picture_bytes
 from annotations.documents.record import changed
-from annotations.prediction.error_table import ErrorTable
+from annotations.prediction.errors.error_table import ErrorTable
 from annotations.prediction.report.error_plots import (
     MEAN_KEYPOINT,
     ErrorPlot,

@@ -16,13 +16,13 @@ import pytest
 from annotations.agreement.report import written_files
 from annotations.durable_files import SaveError
 from annotations.errors import Cancelled
-from annotations.prediction.error_table import ErrorTable
+from annotations.prediction.errors.error_table import ErrorTable
+from annotations.prediction.errors.study_errors import Truth
 from annotations.prediction.report import exporting
 from annotations.prediction.report.csv_report import FILES
 from annotations.prediction.report.exporting import check_report_places, export_errors
 from annotations.prediction.report.file_names import REPORT_NAMES, report_paths
 from annotations.prediction.report.material import ReportMaterial, report_material
-from annotations.prediction.study_errors import Truth
 from tests.annotations.prediction.known_keypoints import FORCEPS
 from tests.annotations.prediction.report.conftest import HOSTILE, TARGETS
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from annotations.documents.record import changed
-from annotations.prediction.error_table import ErrorTable, UnjudgedVolume
+from annotations.prediction.errors.error_table import ErrorTable, UnjudgedVolume
+from annotations.prediction.errors.study_errors import Truth
 from annotations.prediction.report import tables
 from annotations.prediction.report.material import ReportMaterial, report_material
 from annotations.prediction.report.paired_table import paired_table
 from annotations.prediction.report.text_report import latex_of, text_of
-from annotations.prediction.study_errors import Truth
-from annotations.prediction.verdict_file import record_verdict, verdict_path
-from annotations.prediction.verdicts import verdict_on
+from annotations.prediction.verdicts.verdict_file import record_verdict, verdict_path
+from annotations.prediction.verdicts.verdicts import verdict_on
 from tests.annotations.prediction.known_keypoints import FORCEPS
 
 Make = Callable[..., ErrorTable]

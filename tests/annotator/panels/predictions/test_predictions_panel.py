@@ -21,9 +21,9 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from annotations.durable_files import SaveError
-from annotations.prediction import verdict_file
-from annotations.prediction.verdict_file import load_verdicts, record_verdict
-from annotations.prediction.verdicts import verdict_on
+from annotations.prediction.verdicts import verdict_file
+from annotations.prediction.verdicts.verdict_file import load_verdicts, record_verdict
+from annotations.prediction.verdicts.verdicts import verdict_on
 from annotator.panels.predictions.error_plots_page import ErrorPlotsPage
 from annotator.panels.predictions.predictions_panel import PredictionsPanel
 from annotator.panels.widgets.plot_picture import PlotPicture

@@ -20,9 +20,9 @@ WRITE_WEIGHTS = """
 import sys
 from pathlib import Path
 from annotations.documents.record import changed
-from annotations.learning.architectures.network_settings import NetworkSettings
+from annotations.learning.settings.network_settings import NetworkSettings
 from annotations.learning.architectures.networks import build_network
-from annotations.learning.state_file import write_state
+from annotations.learning.training.state_file import write_state
 from annotations.volumes.sampling import Sampling
 from tests.annotations.prediction.tiny_networks import DESCRIPTION
 

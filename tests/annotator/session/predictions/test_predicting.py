@@ -12,9 +12,9 @@ from annotations.documents.study import ViewingRules, load_study, save_study
 from annotations.errors import UserError
 from annotations.geometry.angles import angle_deg
 from annotations.prediction.checkpoint import CheckpointError
+from annotations.prediction.errors.study_errors import Truth, kept_predictions, study_errors
 from annotations.prediction.inference_process import InferenceCrashed
 from annotations.prediction.prediction_file import load_prediction
-from annotations.prediction.study_errors import Truth, kept_predictions, study_errors
 from annotator.session import Session
 from annotator.session.volumes import opening
 from tests.annotations.prediction.tiny_networks import save_tiny

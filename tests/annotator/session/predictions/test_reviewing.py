@@ -12,7 +12,7 @@ from annotations.documents.files import DocumentFile
 from annotations.documents.record import changed
 from annotations.documents.study import ViewingRules
 from annotations.errors import UserError
-from annotations.prediction.verdict_file import verdict_path
+from annotations.prediction.verdicts.verdict_file import verdict_path
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from tests.annotator.conftest import open_and_wait

@@ -1,0 +1,1 @@
+"""Published comparisons of networks and losses, repeated on synthetic volumes."""

@@ -1,0 +1,1 @@
+"""What a training is told: the network, the losses, the examples' variation, the steps."""

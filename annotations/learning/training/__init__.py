@@ -1,0 +1,1 @@
+"""Training that can be interrupted: its plan, its state on disk, its stages, its validation."""

@@ -1,0 +1,1 @@
+"""How far predictions are from the truth: keypoints, pose, checkpoints in pairs, and the human floor."""
