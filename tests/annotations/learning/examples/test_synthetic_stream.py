@@ -21,7 +21,7 @@ SERIES = SyntheticSeries(TOOL, tiny_settings().sampling, 5, TRAINING_CONDITIONS)
 
 PARENT = """
 import time
-from tests.annotations.learning.test_synthetic_stream import SERIES
+from tests.annotations.learning.examples.test_synthetic_stream import SERIES
 from annotations.learning.examples.synthetic_stream import SyntheticStream
 if __name__ == "__main__":
     stream = SyntheticStream(SERIES, 0, 2)
