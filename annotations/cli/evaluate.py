@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     _write(arguments.json, material, {"checkpoint": str(arguments.checkpoint), **about}, besides)
     if arguments.report is not None:
         export_errors(material, arguments.study, report_paths(arguments.report), progress=show_progress)
-    return 1 if any(table.unjudged or not table.rows for table in material.tables) else 0
+    return 1 if any(table.unjudged or not table.independent_rows for table in material.tables) else 0
 
 
 def _on_synthetic(

@@ -292,6 +292,13 @@ class Annotation(Record):
         return self
 
     @property
+    def begun_from(self) -> tuple[str, ...]:
+        """Names of the checkpoints from whose predictions it was begun, or one of those it was made from."""
+        own = () if self.predicted_from is None else (self.predicted_from.checkpoint,)
+        others = (each.predicted_from for each in self.consensus_of if each.predicted_from is not None)
+        return tuple(dict.fromkeys((*own, *others)))
+
+    @property
     def stamps(self) -> Stamps:
         """What the file says of the work on the document, apart from its edits."""
         return Stamps(

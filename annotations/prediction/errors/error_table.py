@@ -46,6 +46,8 @@ class JudgedPrediction:
         Keypoints whose true place is beyond what the checkpoint can tell; none where nobody looked.
     depth_axis : int
         Along which the light travels in the volume.
+    begun_from : tuple of str
+        Names of the checkpoints from whose predictions the truth was begun.
     """
 
     volume_id: str
@@ -54,6 +56,7 @@ class JudgedPrediction:
     whose: str
     out_of_range: frozenset[str] = frozenset()
     depth_axis: int = 2
+    begun_from: tuple[str, ...] = ()
 
 
 class HumanFloor(Record):
@@ -122,6 +125,9 @@ class ErrorsOfVolume(Record):
         ends.
     annotation_sha256 : str or None
         Of where the truth has its keypoints (`truth_sha256`).
+    begun_from : tuple of str
+        Names of the checkpoints from whose predictions the truth was begun. Such a truth leans towards what
+        networks say, this one or another: the volume is listed, and counts in no figure.
     """
 
     volume: str
@@ -141,6 +147,7 @@ class ErrorsOfVolume(Record):
     depth_um: float | None = None
     visible_share: float | None = None
     annotation_sha256: str | None = None
+    begun_from: tuple[str, ...] = ()
 
     @property
     def mean_keypoint_um(self) -> float | None:
@@ -164,10 +171,13 @@ class ErrorTable(Record):
         The study's.
     tool : str
     checkpoint : CheckpointReference or None
-        None where nothing was judged.
+        None where nothing was predicted.
     rows : tuple of ErrorsOfVolume
     by_formulas, by_fit : ErrorOverview
-        Over the rows: by the published formulas of the predicted keypoints, and of the fitted pose's.
+        Over the rows whose truth is independent of networks: by the published formulas of the predicted
+        keypoints, and of the fitted pose's. So are all shares.
+    with_begun : ErrorOverview or None
+        By the published formulas over all rows; None where every truth is independent.
     out_of_view_share : float or None
         Of the keypoints that the truth has, which share lies outside of the volume.
     missing_share : float or None
@@ -189,6 +199,7 @@ class ErrorTable(Record):
     rows: tuple[ErrorsOfVolume, ...] = ()
     by_formulas: ErrorOverview = ErrorOverview()
     by_fit: ErrorOverview = ErrorOverview()
+    with_begun: ErrorOverview | None = None
     out_of_view_share: float | None = None
     missing_share: float | None = None
     rightly_out_of_range_share: float | None = None
@@ -198,6 +209,11 @@ class ErrorTable(Record):
     created: Moment
     program: str = __version__
 
+    @property
+    def independent_rows(self) -> tuple[ErrorsOfVolume, ...]:
+        """Those that count in the figures: no prediction was the start of their truth."""
+        return tuple(row for row in self.rows if not row.begun_from)
+
 
 def error_table(
     judged: Sequence[JudgedPrediction],
@@ -206,6 +222,7 @@ def error_table(
     title: str = "",
     human: HumanFloor | None = None,
     unjudged: Sequence[UnjudgedVolume] = (),
+    checkpoint: CheckpointReference | None = None,
 ) -> ErrorTable:
     """Return the errors of one checkpoint's predictions.
 
@@ -215,6 +232,8 @@ def error_table(
         Of one checkpoint, each of another volume.
     tool : ToolSpecification
         Names the keypoints and the targets.
+    checkpoint : CheckpointReference, optional
+        Which it is, where nothing was judged.
     """
     true_um = positions_array_um([each.truth_um for each in judged], tool)
     predicted_um = positions_array_um([each.prediction.positions_um for each in judged], tool)
@@ -232,21 +251,27 @@ def error_table(
         _row(each, place, by_formulas, by_fit, angles_deg, is_outside, tool)
         for place, each in enumerate(judged)
     )
-    known = sum(len(each.truth_um) for each in judged)
+    is_independent = np.array([not each.begun_from for each in judged], dtype=bool)
+    counted = [row for row in rows if not row.begun_from]
+    known = sum(len(each.truth_um) for each in judged if not each.begun_from)
 
     def share(names: Iterable[Sequence[str]]) -> float | None:
         return sum(map(len, names)) / known if known else None
 
+    def overview(of_each: PredictionErrors) -> ErrorOverview:
+        return summarise(of_each.of_volumes(is_independent), tool)
+
     return ErrorTable(
         title=title,
         tool=tool.name,
-        checkpoint=judged[0].prediction.checkpoint if judged else None,
+        checkpoint=judged[0].prediction.checkpoint if judged else checkpoint,
         rows=rows,
-        by_formulas=summarise(by_formulas, tool),
-        by_fit=summarise(by_fit, tool),
-        out_of_view_share=share(row.out_of_view for row in rows),
-        missing_share=share(row.missing for row in rows),
-        rightly_out_of_range_share=share(row.rightly_out_of_range for row in rows),
+        by_formulas=overview(by_formulas),
+        by_fit=overview(by_fit),
+        with_begun=None if is_independent.all() else summarise(by_formulas, tool),
+        out_of_view_share=share(row.out_of_view for row in counted),
+        missing_share=share(row.missing for row in counted),
+        rightly_out_of_range_share=share(row.rightly_out_of_range for row in counted),
         human=human,
         unjudged=tuple(unjudged),
         created=now(),
@@ -318,6 +343,7 @@ def _row(
         depth_um=depth_um(judged.truth_um, judged.depth_axis),
         visible_share=visible_share(judged.truth_um, tool, prediction.volume),
         annotation_sha256=truth_sha256(judged.truth_um),
+        begun_from=judged.begun_from,
     )
 
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 
-from annotations.agreement.report.labels import NOTHING, counted, label_of
+from annotations.agreement.report.labels import NOTHING, counted, label_of, listed
 from annotations.prediction.errors.error_table import ErrorTable
 from annotations.prediction.errors.prediction_errors import ErrorFigures
 
 _BY_FORMULAS, _BY_FIT = "predicted keypoints", "fitted pose"
+_NAMED = 5
 
 
 def error_text(table: ErrorTable, name: str = "") -> str:
@@ -20,8 +21,9 @@ def error_text(table: ErrorTable, name: str = "") -> str:
     """
     targets = list(table.by_formulas.targets)
     name = name or (table.checkpoint.name if table.checkpoint else "no checkpoint")
+    volumes = counted(len(table.independent_rows), "volume")
     lines = [
-        f"{name}: {counted(len(table.rows), 'volume')} of {table.title!r}, mean ± standard deviation",
+        f"{name}: {volumes} of {table.title!r}, mean ± standard deviation",
         *_grid(["", *(column_title(name) for name in targets)], _rows(table, targets)),
         *_shares(table),
         *_grid(["keypoint", f"{_BY_FORMULAS} (µm)", f"{_BY_FIT} (µm)"], _keypoint_rows(table)),
@@ -29,6 +31,29 @@ def error_text(table: ErrorTable, name: str = "") -> str:
         *_trained_on(table),
     ]
     return "\n".join(lines)
+
+
+def begun_text(table: ErrorTable) -> str:
+    """Say which volumes count in no figure, since their truth was begun from a prediction, and what they say.
+
+    A sentence without its full stop; empty where every truth is independent.
+    """
+    begun = [row for row in table.rows if row.begun_from]
+    if table.with_begun is None or not begun:
+        return ""
+    unnamed = [f"{len(begun) - _NAMED} more"] if len(begun) > _NAMED else []
+    volumes = listed([*(row.volume for row in begun[:_NAMED]), *unnamed])
+    checkpoints = listed(list(dict.fromkeys(name for row in begun for name in row.begun_from)))
+    figures = ", ".join(
+        f"{column_title(name)} {mean_and_deviation(each, decimals_of(name))}"
+        for name, each in table.with_begun.targets.items()
+        if each.n
+    )
+    return (
+        f"of {counted(len(begun), 'volume')} ({volumes}) the annotation was begun from a prediction of "
+        f"{checkpoints}, and leans towards what networks say: listed, and counted in no figure. "
+        f"With {'it' if len(begun) == 1 else 'them'}: {figures or NOTHING}"
+    )
 
 
 def column_title(name: str) -> str:

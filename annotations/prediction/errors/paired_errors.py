@@ -92,8 +92,8 @@ def paired_errors(tables: Sequence[ErrorTable]) -> PairedErrors:
     """
     judged = [(table, table.checkpoint) for table in tables]
     present = [(table, checkpoint) for table, checkpoint in judged if checkpoint is not None]
-    rows_of = [{row.volume: row for row in table.rows} for table, _ in present]
-    every = tuple(dict.fromkeys(volume for rows in rows_of for volume in rows))
+    rows_of = [{row.volume: row for row in table.independent_rows} for table, _ in present]
+    every = tuple(dict.fromkeys(row.volume for table, _ in present for row in table.rows))
     reasons = {volume: _why_not(volume, present, rows_of) for volume in every}
     volumes = tuple(volume for volume, reason in reasons.items() if not reason)
     rows = [[of_checkpoint[volume] for volume in volumes] for of_checkpoint in rows_of]
@@ -123,6 +123,8 @@ def _why_not(
 ) -> str:
     """Return why a volume is not compared; empty where it is."""
     for (table, checkpoint), rows in zip(present, rows_of, strict=True):
+        if any(row.volume == volume and row.begun_from for row in table.rows):
+            return "its annotation was begun from a prediction"
         if volume not in rows:
             known = next((each.reason for each in table.unjudged if each.volume == volume), "")
             return f"{checkpoint.name} is not judged on it" + (f": {known}" if known else "")

@@ -58,6 +58,16 @@ class PredictionErrors:
         """Distances of the keypoints, shape (V, K): infinite where missing, and NaN where none is wanted."""
         return np.where(self.keypoints_missing, np.inf, self.keypoints_um)
 
+    def of_volumes(self, is_chosen: NDArray[np.bool_]) -> "PredictionErrors":
+        """Return the errors of some of the volumes: an array of bool, shape (V,), says of which."""
+        return PredictionErrors(
+            {name: errors[is_chosen] for name, errors in self.targets.items()},
+            {name: is_missing[is_chosen] for name, is_missing in self.targets_missing.items()},
+            self.keypoints_um[is_chosen],
+            self.keypoints_missing[is_chosen],
+            self.keypoints_rightly_absent[is_chosen],
+        )
+
 
 class ErrorFigures(Record):
     """Errors of one kind over volumes, in the unit that the name of what they are errors of ends with.

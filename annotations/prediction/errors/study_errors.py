@@ -247,7 +247,8 @@ def errors_against(
 ) -> ErrorTable:
     """Return the errors of predictions; no file is read.
 
-    Positions that are themselves a network's, and that nobody has touched since, are no truth.
+    Positions that are themselves a network's, and that nobody has touched since, are no truth. Annotations
+    that were begun from a prediction are listed, and count in no figure.
 
     Parameters
     ----------
@@ -275,23 +276,30 @@ def errors_against(
         if volume_id in predictions
     ]
     human = None if truths.floor is None else truths.floor.of({each.volume_id for each in judged})
-    return error_table(judged, truths.tool, title=truths.title, human=human, unjudged=refused)
+    return error_table(
+        judged,
+        truths.tool,
+        title=truths.title,
+        human=human,
+        unjudged=refused,
+        checkpoint=next((each.checkpoint for each in predictions.values()), None),
+    )
 
 
 def _judged(
     volume_id: str, truth: VolumeTruth, prediction: Prediction, checkpoint: CheckpointDescription | None
 ) -> JudgedPrediction:
     truth_um = true_positions_um(truth.annotation, truth.tool)
+    judged = JudgedPrediction(
+        volume_id, prediction, truth_um, truth.whose, begun_from=truth.annotation.begun_from
+    )
     if checkpoint is None:
-        return JudgedPrediction(volume_id, prediction, truth_um, truth.whose)
-    return JudgedPrediction(
-        volume_id,
-        prediction,
-        truth_um,
-        truth.whose,
-        out_of_range(checkpoint, truth_um, prediction.volume.spacing_um),
+        return judged
+    return replace(
+        judged,
+        out_of_range=out_of_range(checkpoint, truth_um, prediction.volume.spacing_um),
         # A checkpoint refuses volumes in which the light travels along another axis.
-        checkpoint.sampling.depth_axis,
+        depth_axis=checkpoint.sampling.depth_axis,
     )
 
 

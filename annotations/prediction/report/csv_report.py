@@ -59,7 +59,7 @@ def csv_files(material: ReportMaterial) -> dict[str, bytes]:
         "paired.csv": (_PAIRED, _paired(material)),
         "left_out.csv": (("checkpoint", "volume", "reason"), _left_out(material)),
         "checkpoints.csv": (
-            ("checkpoint", "sha256", "path", "volumes", "trained_on"),
+            ("checkpoint", "sha256", "path", "volumes", "begun_from_predictions", "trained_on"),
             _checkpoints(material),
         ),
     }
@@ -77,6 +77,7 @@ def _volume_columns(material: ReportMaterial) -> tuple[str, ...]:
         "volume",
         "checkpoint",
         "annotation_of",
+        "begun_from_prediction_of",
         "rank",
         "ratio_to_people",
         "ratio_to_median",
@@ -113,6 +114,7 @@ def _volumes(material: ReportMaterial) -> Iterator[Row]:
                 row.volume,
                 name,
                 row.whose,
+                _SEVERAL.join(row.begun_from),
                 ranks[row.volume],
                 ranked.ratio,
                 ranked.ratio_to_median,
@@ -144,6 +146,8 @@ def _targets(material: ReportMaterial) -> Iterator[Row]:
     for name, checkpoint in _each(material):
         table = checkpoint.table
         ways = [("keypoints", table.by_formulas.targets), ("fit", table.by_fit.targets)]
+        if table.with_begun is not None:
+            ways.append(("keypoints_with_begun", table.with_begun.targets))
         if table.human is not None:
             ways.append(("people", table.human.targets))
         for way, figures in ways:
@@ -213,7 +217,8 @@ def _checkpoints(material: ReportMaterial) -> Iterator[Row]:
             name,
             known.sha256 if known else None,
             known.path if known else None,
-            len(table.rows),
+            len(table.independent_rows),
+            len(table.rows) - len(table.independent_rows),
             table.trained_on,
         )
 

@@ -226,7 +226,7 @@ def _scatter(
 ) -> PlottedPoints:
     known = [
         (at, max(error, _LEAST), row.volume)
-        for row in table.rows
+        for row in table.independent_rows
         if (at := condition.value(row)) is not None and (error := _error(row, target)) is not None
     ]
     x, y = np.array([each[:2] for each in known], dtype=np.float64).reshape(-1, 2).T
@@ -252,14 +252,14 @@ def _scatter(
 
 def _scatter_caption(condition: _Condition, tables: Sequence[ErrorTable], targets: Sequence[str]) -> str:
     said = [f"Each point is a volume, the error on a logarithmic scale. {condition.words}"]
-    if any(len(table.rows) >= _BINS * _LEAST_IN_BIN for table in tables):
+    if any(len(table.independent_rows) >= _BINS * _LEAST_IN_BIN for table in tables):
         said.append("The line joins the medians of six parts with equally many volumes.")
     if any(_floor(tables, target) is not None for target in targets):
         said.append("Dotted: how far the annotators are from the mean of all.")
     absent = sum(
         condition.value(row) is None or _error(row, target) is None
         for table in tables
-        for row in table.rows
+        for row in table.independent_rows
         for target in targets
     )
     if absent:
@@ -294,10 +294,10 @@ def _cumulative(tables: Sequence[ErrorTable]) -> ErrorPlot:
 def _cumulate(axes: "Axes", table: ErrorTable, look: Look) -> PlottedPoints:
     found = sorted(
         (max(distance_um / _UM_PER_MM, _LEAST), row.volume)
-        for row in table.rows
+        for row in table.independent_rows
         for distance_um in row.keypoints_um.values()
     )
-    count = len(found) + sum(len(row.missing) for row in table.rows)
+    count = len(found) + sum(len(row.missing) for row in table.independent_rows)
     x_mm = np.array([distance_mm for distance_mm, _ in found], dtype=np.float64)
     shares = _PER_CENT * np.arange(1, x_mm.size + 1) / max(count, 1)
     axes.step(x_mm, shares, where="post", color=look.color, linestyle=look.line, linewidth=1.6)
@@ -340,7 +340,7 @@ def _by_keypoint(tables: Sequence[ErrorTable], tool: ToolSpecification) -> Error
 def _strip(axes: "Axes", table: ErrorTable, name: str, height: float, look: Look) -> PlottedPoints:
     found = [
         (max(row.keypoints_um[name] / _UM_PER_MM, _LEAST), row.volume)
-        for row in table.rows
+        for row in table.independent_rows
         if name in row.keypoints_um
     ]
     x_mm = np.array([distance_mm for distance_mm, _ in found], dtype=np.float64)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from annotations.geometry.tool import ToolSpecification
 from annotations.prediction.errors.error_table import ErrorTable
+from annotations.prediction.errors.error_text import begun_text
 from annotations.prediction.errors.paired_errors import PairedErrors, paired_errors
 from annotations.prediction.errors.ranking import RankedVolume, rank
 from annotations.prediction.errors.study_errors import Truth
@@ -117,7 +118,7 @@ def report_material(
     folder : Path, optional
         The study's, which keeps the verdicts.
 
-    Verdicts that cannot be read become a remark.
+    Verdicts that cannot be read become a remark, and so do annotations that were begun from a prediction.
     """
     said_besides = list(remarks)
     checkpoints = []
@@ -127,6 +128,9 @@ def report_material(
             said, problems = study_verdicts(folder, table.checkpoint.name, table.checkpoint.sha256)
             said_besides += [f"Verdicts are not shown: {str(error).rstrip('.')}" for error in problems]
         checkpoints.append(JudgedCheckpoint(table, rank(table), predicted, said))
+    for name, table in zip(checkpoint_names(tables), tables, strict=True):
+        if begun := begun_text(table):
+            said_besides.append(begun if len(tables) == 1 else f"{name}: {begun}")
     judged = [table for table in tables if table.rows]
     paired = paired_errors(judged) if len(judged) > 1 else None
     return ReportMaterial(tool, truth, tuple(checkpoints), paired, tuple(said_besides))

@@ -49,9 +49,9 @@ def outline(material: ReportMaterial, thumbnails: Sequence[Sequence[Photo]]) -> 
 def _in_words(material: ReportMaterial) -> str:
     """Say in a sentence what was judged."""
     first = material.tables[0]
-    counts = sorted({len(table.rows) for table in material.tables})
+    counts = sorted({len(table.independent_rows) for table in material.tables})
     volumes = counted(counts[0], "volume") if len(counts) == 1 else f"{counts[0]:,} to {counts[-1]:,} volumes"
-    whose = sorted({row.whose for table in material.tables for row in table.rows})
+    whose = sorted({row.whose for table in material.tables for row in table.independent_rows})
     against = f" against the annotations of {listed(whose)}" if whose else ""
     people = ""
     if first.human is not None:
@@ -66,7 +66,7 @@ def _about(material: ReportMaterial, place: int) -> str:
         return "nothing was judged"
     path = table.checkpoint.path
     where = PurePosixPath(path).name if path else "ships with the program"
-    return f"{counted(len(table.rows), 'volume')}; {where}, SHA-256 {table.checkpoint.sha256}"
+    return f"{counted(len(table.independent_rows), 'volume')}; {where}, SHA-256 {table.checkpoint.sha256}"
 
 
 def _errors(material: ReportMaterial) -> Section:
@@ -91,7 +91,7 @@ def _side_by_side(material: ReportMaterial) -> Section | None:
 
 
 def _plots(material: ReportMaterial) -> Section | None:
-    drawn = [table for table in material.tables if table.rows]
+    drawn = [table for table in material.tables if table.independent_rows]
     if not drawn:
         return None
     plots = error_plots(material.tables, material.tool, tuple(plot_targets(material.tables)))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from annotations.agreement.report.labels import NOTHING
+from annotations.agreement.report.labels import NOTHING, listed
 from annotations.prediction.errors.error_table import ErrorsOfVolume, ErrorTable
 from annotations.prediction.errors.error_text import column_title, decimals_of, mean_and_deviation
 from annotations.prediction.errors.prediction_errors import error_figures
@@ -124,6 +124,9 @@ def explained(volume: ReviewedVolume) -> str:
     """Return what there is to say of a row besides its figures, a line for each."""
     errors = volume.errors
     lines = [f"{volume.label}, held against {errors.whose}"]
+    if errors.begun_from:
+        begun = listed(list(errors.begun_from))
+        lines.append(f"The annotation was begun from a prediction of {begun}: it counts in no figure")
     lines += [
         f"{words}: {', '.join(names)}"
         for words, names in (

@@ -19,7 +19,7 @@ from annotator.panels.predictions.errors_columns import (
 from annotator.panels.widgets.table_model import RIGHT, Heading, Index, TableModel, bold_font
 from annotator.session.predictions.judging import Judgement
 
-Kind = Literal["all", "unjudged", "judged", "beyond", "missing", "out_of_view"]
+Kind = Literal["all", "unjudged", "judged", "beyond", "missing", "out_of_view", "begun"]
 
 KINDS: Mapping[Kind, str] = {
     "all": "All",
@@ -28,10 +28,14 @@ KINDS: Mapping[Kind, str] = {
     "beyond": "Worse than people",
     "missing": "Keypoints missing",
     "out_of_view": "Partly out of view",
+    "begun": "Begun from a prediction",
 }
 """Which volumes can be shown, and what that is called."""
 
-_OF_SHOWN = "Mean and standard deviation over the volumes that are shown above"
+_OF_SHOWN = (
+    "Mean and standard deviation over the volumes that are shown above, without those whose annotation was "
+    "begun from a prediction"
+)
 _OF_PEOPLE = (
     "How far the annotators of the same volumes are apart: of each volume the mean distance from the mean of "
     "all of them, and of these the mean ± standard deviation"
@@ -166,6 +170,8 @@ class ErrorsModel(TableModel):
                 return RIGHT
             case Qt.ItemDataRole.ForegroundRole if column.is_beyond(volume):
                 return theme.colors(QGuiApplication.palette()).warning
+            case Qt.ItemDataRole.ForegroundRole if volume.errors.begun_from:
+                return theme.colors(QGuiApplication.palette()).muted
             case Qt.ItemDataRole.FontRole if volume.volume == self._open:
                 return bold_font()
             case Qt.ItemDataRole.ToolTipRole:
@@ -241,7 +247,8 @@ class SummaryModel(TableModel):
 
     def _on_errors_shown_changed(self) -> None:
         columns = self._errors.columns
-        rows = [[column.summary(self._errors.shown) for column in columns]]
+        counted = [each for each in self._errors.shown if not each.errors.begun_from]
+        rows = [[column.summary(counted) for column in columns]]
         people = [column.people for column in columns]
         if any(people):
             rows.append(people)
@@ -262,6 +269,8 @@ def _is_of(volume: ReviewedVolume, kind: Kind) -> bool:
             return bool(volume.errors.missing)
         case "out_of_view":
             return bool(volume.errors.out_of_view)
+        case "begun":
+            return bool(volume.errors.begun_from)
         case _:
             return True
 

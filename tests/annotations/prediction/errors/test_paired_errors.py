@@ -167,3 +167,17 @@ def test_a_table_of_nothing_is_passed_over(tables: list[ErrorTable]) -> None:
 
     assert len(paired_errors([nothing, *tables]).checkpoints) == 3
     assert paired_errors([]).volumes == ()
+
+
+def test_a_volume_whose_annotation_was_begun_from_a_prediction_is_not_compared(
+    tables: list[ErrorTable],
+) -> None:
+    begun = tables[1].rows[5]
+    rows = tuple(changed(row, begun_from=("Lean",)) if row is begun else row for row in tables[1].rows)
+
+    paired = paired_errors([tables[0], changed(tables[1], rows=rows), tables[2]])
+
+    assert begun.volume not in paired.volumes
+    assert (begun.volume, "its annotation was begun from a prediction") in [
+        (each.volume, each.reason) for each in paired.left_out
+    ]

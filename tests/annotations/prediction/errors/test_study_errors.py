@@ -10,13 +10,13 @@ import pytest
 from annotations.documents.annotation import Annotation, VolumeReference, new_annotation
 from annotations.documents.edits import place_keypoint, set_status
 from annotations.documents.files import load_annotation, save_annotation
-from annotations.documents.provenance import PredictionOrigin, Viewing
+from annotations.documents.provenance import Contribution, PredictionOrigin, Viewing
 from annotations.documents.record import changed
 from annotations.documents.study import Study, StudyVolume, annotation_path, save_study
 from annotations.documents.study_checks import check_study, is_wrong
 from annotations.geometry.frames import Vector, vector
 from annotations.prediction.errors.error_table import ErrorTable, HumanFloor
-from annotations.prediction.errors.error_text import error_text
+from annotations.prediction.errors.error_text import begun_text, error_text
 from annotations.prediction.errors.study_errors import (
     Truth,
     errors_against,
@@ -215,6 +215,59 @@ def test_what_a_network_placed_is_no_truth_for_it(folder: Path) -> None:
     assert "theta1_deg" not in row.targets
     assert "theta2_deg" in row.targets
     assert row.missing == ()
+
+
+def begin_from_prediction(folder: Path, volume_id: str, checkpoint: str = "Known") -> None:
+    origin = PredictionOrigin(path="p.json", checkpoint=checkpoint, sha256="0" * 64)
+    begun = changed(annotate(folder, "anna", volume_id), predicted_from=origin)
+    save_annotation(
+        begun, annotation_path(folder, "anna", volume_id, "keypoints"), expected="", overwrite=True
+    )
+
+
+def test_a_truth_that_was_begun_from_a_prediction_counts_in_no_figure(folder: Path) -> None:
+    for number, each in enumerate(IDS):
+        predict(folder, each, (300.0 * number, 0.0, 400.0 * number))
+    begin_from_prediction(folder, "v1", "Another")
+
+    table = table_of(folder)
+
+    assert [row.volume for row in table.rows] == list(IDS)
+    assert [row.begun_from for row in table.rows] == [("Another",), (), ()]
+    position = table.by_formulas.targets["position_mm"]
+    assert (position.mean, position.n) == pytest.approx((0.75, 2))
+    assert table.by_fit.all_keypoints_um.n == 2 * len(FORCEPS.keypoint_names)
+    assert table.with_begun is not None
+    assert table.with_begun.targets["position_mm"].mean == pytest.approx(0.5)
+    assert "2 volumes of" in error_text(table)
+    assert "of 1 volume (v1) the annotation was begun from a prediction of Another" in begun_text(table)
+    assert "With it: position (mm) 0.50 ± 0.50" in begun_text(table)
+
+
+def test_where_every_truth_was_begun_from_a_prediction_there_are_no_figures(folder: Path) -> None:
+    for each in IDS:
+        predict(folder, each)
+        begin_from_prediction(folder, each)
+
+    table = table_of(folder)
+
+    assert table.independent_rows == ()
+    assert table.by_formulas.targets["position_mm"].n == 0
+    assert table.missing_share is None
+    assert "(v1, v2 and v3)" in begun_text(table)
+
+
+def test_of_a_consensus_the_opinions_that_were_begun_from_a_prediction_count(folder: Path) -> None:
+    opinion = Contribution(path="a.json", annotator="ben", sha256="0" * 64, predicted_from="Another")
+    own = Contribution(path="b.json", annotator="anna", sha256="0" * 64)
+    settled = changed(annotate(folder, "consensus", "v1"), consensus_of=(own, opinion))
+    path = annotation_path(folder, "consensus", "v1", "keypoints")
+    save_annotation(settled, path, expected="", overwrite=True)
+    predict(folder, "v1")
+
+    [row] = table_of(folder).rows
+
+    assert (row.whose, row.begun_from) == ("consensus", ("Another",))
 
 
 def test_predictions_of_an_earlier_checkpoint_of_the_name_are_passed_over(folder: Path) -> None:

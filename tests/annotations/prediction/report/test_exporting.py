@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from annotations.agreement.report import written_files
+from annotations.documents.record import changed
 from annotations.durable_files import SaveError
 from annotations.errors import Cancelled
 from annotations.prediction.errors.error_table import ErrorTable
@@ -149,6 +150,26 @@ def test_every_volume_is_there_unrounded_for_each_checkpoint(exported: Path) -> 
             assert float(row["true_theta1_deg"]) == errors["true_angles_deg"]["theta1"]
             assert float(row["presence"]) == errors["presence"]
             assert ranking[int(row["rank"]) - 1] == errors["volume"]
+
+
+def test_volumes_begun_from_a_prediction_are_told_in_every_form(
+    make: Callable[..., ErrorTable], out: Path
+) -> None:
+    table = make(volumes=3)
+    begun = changed(table.rows[2], begun_from=("Lean",))
+    table = changed(table, rows=(*table.rows[:2], begun), with_begun=table.by_formulas)
+    export_errors(report_material(FORCEPS, Truth(), [table], [{}]), None, report_paths(out))
+
+    said = "of 1 volume (v003) the annotation was begun from a prediction of Lean"
+    assert said in (out / "errors.txt").read_text()
+    assert said in (out / "errors.html").read_text().replace("Of 1 volume", "of 1 volume")
+    assert said in json.loads((out / "errors.json").read_text())["remarks"][0]
+    rows = {row["volume"]: row["begun_from_prediction_of"] for row in table_of(out, "volumes.csv")}
+    assert rows["v003"] == "Lean"
+    assert rows["v001"] == ""
+    [counts] = table_of(out, "checkpoints.csv")
+    assert (counts["volumes"], counts["begun_from_predictions"]) == ("2", "1")
+    assert {row["by"] for row in table_of(out, "targets.csv")} >= {"keypoints_with_begun"}
 
 
 def test_the_side_by_side_table_has_the_numbers_of_the_csv(material: ReportMaterial, exported: Path) -> None:

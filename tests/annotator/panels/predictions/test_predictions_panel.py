@@ -20,6 +20,9 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
+from annotations.documents.files import load_annotation, save_annotation
+from annotations.documents.provenance import PredictionOrigin
+from annotations.documents.record import changed
 from annotations.durable_files import SaveError
 from annotations.prediction.verdicts import verdict_file
 from annotations.prediction.verdicts.verdict_file import load_verdicts, record_verdict
@@ -326,6 +329,29 @@ def test_the_list_is_filtered_and_its_figures_are_of_what_is_shown(
     assert NEAR not in volumes(panel)
     choose(panel, "errors_kind", "All")
     assert len(volumes(panel)) == len(IDS)
+
+
+def test_what_was_begun_from_a_prediction_is_listed_and_counts_in_no_figure(
+    qtbot: QtBot, rita: Session, panel: PredictionsPanel, folder: Path
+) -> None:
+    path = annotation_of(folder, FAR)
+    origin = PredictionOrigin(path="p.json", checkpoint="first", sha256="0" * 64)
+    begun = changed(load_annotation(path)[0], predicted_from=origin)
+    save_annotation(begun, path, expected="", overwrite=True)
+
+    review(qtbot, rita)
+
+    assert FAR in volumes(panel)
+    others = [computed_by_hand(folder, each)["position (mm)"] for each in (NEAR, LACKING)]
+    mean = np.mean([each for each in others if each is not None])
+    assert cells(panel, "position (mm)", "errors_figures")[0].startswith(f"{mean:.2f} ±")
+    begun_words = f"of 1 volume ({FAR}) the annotation was begun from a prediction of first"
+    assert begun_words in words(panel, "predictions_state")
+    choose(panel, "errors_kind", "Begun from a prediction")
+    assert volumes(panel) == [FAR]
+    row = table(panel).model().index(0, 0)
+    assert "it counts in no figure" in row.data(Qt.ItemDataRole.ToolTipRole)
+    assert cells(panel, "position (mm)", "errors_figures")[0] == "–"
 
 
 def test_the_errors_of_the_fitted_pose_can_be_shown_instead(
