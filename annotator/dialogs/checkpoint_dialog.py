@@ -34,6 +34,8 @@ class CheckpointFit:
     ----------
     unfitness : str
         Why it does not fit, as a sentence without its full stop; empty where it does.
+    differences : str
+        In what its tool is another than the one that is open though it fits, likewise.
     is_usable : bool
         Whether it fits the tool, and so may be used at all.
     is_in_use : bool
@@ -41,6 +43,7 @@ class CheckpointFit:
     """
 
     unfitness: str = ""
+    differences: str = ""
     is_usable: bool = True
     is_in_use: bool = False
     is_volume_open: bool = False
@@ -78,7 +81,7 @@ class CheckpointDialog(QDialog):
         for name, title, text in _facts(checkpoint):
             facts.addRow(title, WrappedText(text, name=f"checkpoint_{name}"))
         fits = WrappedText(_fit_words(fit), name="checkpoint_fit")
-        if fit.unfitness:
+        if fit.unfitness or fit.differences:
             fits.set_color(lambda colors: colors.warning)
         facts.addRow("Fits", fits)
         commands = "\n".join(_commands(checkpoint.path, study_folder))
@@ -93,7 +96,6 @@ class CheckpointDialog(QDialog):
         )
         named(use, "checkpoint_use", tooltip="Let it predict, and show what it says over the volumes")
         use.setEnabled(fit.is_usable and not fit.is_in_use)
-        use.setDefault(use.isEnabled())
         copy = buttons.addButton("&Copy the commands", QDialogButtonBox.ButtonRole.ActionRole)
         named(copy, "checkpoint_copy").clicked.connect(self._on_copy_clicked)
         named(buttons.button(QDialogButtonBox.StandardButton.Close), "checkpoint_close")
@@ -108,6 +110,10 @@ class CheckpointDialog(QDialog):
         layout.addWidget(self._commands)
         layout.addStretch(1)
         layout.addWidget(buttons)
+        if use.isEnabled():
+            # Once it is in the dialog: before, it would be nobody's default.
+            use.setDefault(True)
+            use.setFocus()
 
     def _on_copy_clicked(self) -> None:
         QApplication.clipboard().setText(self._commands.toPlainText())
@@ -115,9 +121,14 @@ class CheckpointDialog(QDialog):
 
 def _fit_words(fit: CheckpointFit) -> str:
     if not fit.unfitness:
-        return _FITS if fit.is_volume_open else _FITS_NOTHING_OPEN
-    reason = f"{fit.unfitness[0].upper()}{fit.unfitness[1:]}."
+        fits = _FITS if fit.is_volume_open else _FITS_NOTHING_OPEN
+        return f"{fits}. {_sentence(fit.differences)}" if fit.differences else fits
+    reason = _sentence(fit.unfitness)
     return reason if not fit.is_usable else f"{reason} Others of the list may be."
+
+
+def _sentence(words: str) -> str:
+    return f"{words[0].upper()}{words[1:]}."
 
 
 def _facts(checkpoint: Checkpoint) -> Iterator[tuple[str, str, str]]:

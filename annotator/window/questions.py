@@ -312,6 +312,7 @@ class Questions(QObject):
         current = predicting.current
         fit = CheckpointFit(
             predicting.unfitness(checkpoint),
+            predicting.tool_differences(checkpoint),
             is_usable=not predicting.tool_unfitness(checkpoint),
             is_in_use=current is not None and current.sha256 == checkpoint.sha256,
             is_volume_open=self._session.volume is not None,

@@ -37,6 +37,30 @@ def tool_unfitness(checkpoint: "Checkpoint", tool: ToolSpecification) -> str:
     return ""
 
 
+def tool_differences(checkpoint: "Checkpoint", tool: ToolSpecification) -> str:
+    """Return in what a checkpoint's tool differs from one with the same keypoints, without a full stop.
+
+    Empty where they are the same. Its poses are those of its own tool, and where that is far from the one in
+    the volumes hardly any keypoint can belong to one pose.
+    """
+    theirs = checkpoint.description.tool
+    if theirs.fingerprint == tool.fingerprint:
+        return ""
+    lengths_um = {link.name: link.length_um for link in tool.links}
+    differing = [
+        f"{link.name} is {link.length_um:g} µm long there and {lengths_um[link.name]:g} µm here"
+        for link in theirs.links
+        if link.name in lengths_um and link.length_um != lengths_um[link.name]
+    ]
+    joints = {joint.name: joint for joint in tool.joints}
+    differing += [f"the joint {each.name} differs" for each in theirs.joints if joints.get(each.name) != each]
+    if not differing and theirs.name == tool.name:
+        return ""
+    whose = f"it was trained on the tool {theirs.name!r}" if theirs.name != tool.name else "its tool differs"
+    said = f": {_listed(differing)}" if differing else ""
+    return f"{whose}{said}; the poses that it is fitted with are of that tool"
+
+
 def volume_unfitness(checkpoint: "Checkpoint", volume: Volume, spacing_um: Vector) -> str:
     """Return why a network cannot be shown a volume, without a full stop; empty where it can."""
     from annotations.volumes.sampling import check_fits  # late: few sessions predict

@@ -15,7 +15,7 @@ from annotations.prediction.shipped import shipped_checkpoint
 from annotator.session.editing.seeing import Seeing
 from annotator.session.files.saving import SessionSaving
 from annotator.session.jobs import Job
-from annotator.session.predictions.checkpoint_fit import tool_unfitness, volume_unfitness
+from annotator.session.predictions.checkpoint_fit import tool_differences, tool_unfitness, volume_unfitness
 from annotator.session.predictions.networks import Networks
 from annotator.session.predictions.predicted import ShownPrediction
 from annotator.session.predictions.prediction_overlay import PredictionOverlay
@@ -137,6 +137,11 @@ class Predicting(QObject):
         """Return why its keypoints are not those that are annotated here; then it cannot be used at all."""
         tool = self._tool()
         return "" if tool is None else tool_unfitness(checkpoint, tool)
+
+    def tool_differences(self, checkpoint: "Checkpoint") -> str:
+        """Return in what its tool is not the one that is annotated here, though it fits."""
+        tool = self._tool()
+        return "" if tool is None else tool_differences(checkpoint, tool)
 
     def load(self, checkpoint: "Checkpoint") -> None:
         """Take a checkpoint into use; what others have predicted stays."""

@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel, QPlainTextEdit, QPushButton
 
-from annotator.dialogs.checkpoint_dialog import CheckpointDialog
+from annotator.dialogs.checkpoint_dialog import CheckpointDialog, CheckpointFit
 from tests.annotations.prediction.tiny_networks import save_tiny
 
 
@@ -58,3 +59,19 @@ def test_the_commands_that_use_it_can_be_copied(make_dialog, checkpoint, folder,
         f"annotations predict {path} --study {study}",
         f"annotations evaluate {path} {study}",
     ]
+
+
+def test_enter_uses_it(qtbot, make_dialog):
+    dialog = make_dialog()
+    with qtbot.waitActive(dialog):
+        dialog.show()
+        dialog.activateWindow()
+    with qtbot.waitSignal(dialog.accepted):
+        qtbot.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
+
+
+def test_in_what_its_tool_differs_stands_beside_that_it_fits(make_dialog):
+    dialog = make_dialog(fit=CheckpointFit(differences="its tool differs: link0 is 3 mm long there"))
+    assert said(dialog, "fit") == (
+        "The tool of the next annotation; no volume is open. Its tool differs: link0 is 3 mm long there."
+    )

@@ -99,6 +99,11 @@ class TestCheckpoints:
         other = described(checkpoint, tool=tool.model_copy(update={"links": longer}))
         assert other.description.tool.fingerprint != tool.fingerprint
         assert predicting.unfitness(other) == ""
+        # They are told all the same: the poses that are fitted have them.
+        assert predicting.tool_differences(checkpoint) == ""
+        assert "link0 is" in predicting.tool_differences(other)
+        named = described(checkpoint, tool=tool.model_copy(update={"name": "needle"}))
+        assert "'needle'" in predicting.tool_differences(named)
 
     @pytest.mark.parametrize(
         ("field", "value", "word"),
