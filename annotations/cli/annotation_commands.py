@@ -119,6 +119,12 @@ def _add_study(commands: "Commands") -> None:
         "--seed", type=at_least(0), metavar="S", help="of the order and the repeats (drawn at random)"
     )
     study.add_argument(
+        "--others",
+        choices=("when_done", "never", "always"),
+        help="when annotators see the others' work on a volume, and predictions of it: once their own is done "
+        "(the default), never, or at once",
+    )
+    study.add_argument(
         "--may-look",
         action="store_true",
         help="let annotators look at the others' work before theirs is done",

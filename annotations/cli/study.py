@@ -31,6 +31,7 @@ _OF_NEW_STUDIES = (
     "blind",
     "shuffle",
     "seed",
+    "others",
     "may_look",
     "reviewers",
 )
@@ -93,7 +94,11 @@ def _created(arguments: argparse.Namespace) -> _Outcome:
         blind=arguments.blind,
         order="shuffled" if arguments.shuffle else "listed",
         seed=drawn_seed() if arguments.seed is None else arguments.seed,
-        viewing=ViewingRules(may_look=arguments.may_look, reviewers=tuple(arguments.reviewers or ())),
+        viewing=ViewingRules(
+            others=arguments.others or "when_done",
+            may_look=arguments.may_look,
+            reviewers=tuple(arguments.reviewers or ()),
+        ),
     )
     study = with_repeats(study, arguments.repeats)
     create_study(study, folder, tool)

@@ -244,12 +244,17 @@ def load_study(folder: Path) -> Study:
         return Study.model_validate(fields, by_alias=True, by_name=False)
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(
-            f"it could not be read ({error})", where=path, remedy="Choose a study's folder"
+            f"it could not be read ({_why(error)})", where=path, remedy="Choose a study's folder"
         ) from error
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"it is not valid TOML ({error})", where=path, remedy=correct) from error
     except ValidationError as error:
         raise StudyError(f"{first_problem(error)}{_meant(error)}", where=path, remedy=correct) from error
+
+
+def _why(error: OSError | UnicodeDecodeError) -> str:
+    # The file is named already.
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def save_study(study: Study, folder: Path) -> None:

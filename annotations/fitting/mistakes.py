@@ -287,7 +287,9 @@ def _how_far(account: Account, points: Sequence[BodyPoint], tool: ToolSpecificat
         for point in points
         if point.keypoint and (point.link, point.local_um) not in kept
     ]
-    return f", {max(distances_um) / 1000:.1f} mm from where the others put it" if distances_um else ""
+    return (
+        f", {max(distances_um) / 1000:.1f} mm from where the other keypoints put it" if distances_um else ""
+    )
 
 
 def _roll_turns_deg(

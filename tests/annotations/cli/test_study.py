@@ -4,7 +4,7 @@ from typing import Any
 import pytest
 
 from annotations.cli import main
-from annotations.documents.study import load_study
+from annotations.documents.study import ViewingRules, load_study
 
 
 def test_a_study_is_made_of_the_volumes_in_a_folder(study: Path, tmp_path: Path, run_json: Any) -> None:
@@ -12,13 +12,13 @@ def test_a_study_is_made_of_the_volumes_in_a_folder(study: Path, tmp_path: Path,
     code, [made], messages = run_json(
         "study", folder, "--volumes", study, "--tool", "needle", "--annotators", "anna", "ben",
         "--methods", "keypoints", "boxes", "--title", "Needles", "--blind", "--shuffle", "--repeats", 1,
-        "--seed", 4, "--may-look", "--reviewers", "rita",
+        "--seed", 4, "--others", "never", "--may-look", "--reviewers", "rita",
     )  # fmt: skip
     assert (code, messages) == (0, "")
     written = load_study(folder)
     assert (written.title, written.tool, written.methods) == ("Needles", "needle", ("keypoints", "boxes"))
     assert (written.blind, written.order, written.seed) == (True, "shuffled", 4)
-    assert (written.viewing.may_look, written.viewing.reviewers) == (True, ("rita",))
+    assert written.viewing == ViewingRules(others="never", may_look=True, reviewers=("rita",))
     assert [volume.path for volume in written.volumes] == [f"../study/volumes/v00{n}.npy" for n in (1, 2)]
     assert sum(volume.repeats for volume in written.volumes) == 1
     assert made["path"] == str(folder / "study.toml")
@@ -117,6 +117,7 @@ def test_an_existing_study_is_added_to_and_never_overwritten(study: Path, run_js
         (["--tool", "spoon"], "there is no tool specification 'spoon'"),
         (["--tool", "needle", "--add-annotators", "anna"], "--tool is for new studies"),
         (["--may-look", "--add-annotators", "anna"], "--may-look is for new studies"),
+        (["--others", "never", "--add-annotators", "anna"], "--others is for new studies"),
         (["--seed", "0", "--add-annotators", "anna"], "--seed is for new studies"),
         (["--repeats", "1", "--add-annotators", "anna"], "--repeats is for new volumes"),
         (["--tool", "needle", "--methods", "points"], "invalid choice"),
