@@ -121,8 +121,8 @@ def _add_study(commands: "Commands") -> None:
     study.add_argument(
         "--others",
         choices=("when_done", "never", "always"),
-        help="when annotators see the others' work on a volume, and predictions of it: once their own is done "
-        "(the default), never, or at once",
+        help="when annotators see the others' work on a volume, and predictions of it: once their own is "
+        "done (the default), never, or at once",
     )
     study.add_argument(
         "--may-look",
