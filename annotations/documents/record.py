@@ -1,6 +1,7 @@
 """Records: the frozen parts of which documents and studies are made, and the kinds of their fields."""
 
 import re
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
 from typing import Annotated, Any, Literal, TypeVar
@@ -79,6 +80,15 @@ def changed(record: R, **fields: Any) -> R:
     # may change it in place; pydantic itself copies it.
     object.__setattr__(copy, "__pydantic_fields_set__", _all_fields(kind))
     return copy
+
+
+def differences(before: R, after: R) -> Mapping[str, tuple[Any, Any]]:
+    """Return the fields in which two records differ, each with what it is in the one and in the other."""
+    return {
+        name: values
+        for name in type(after).model_fields
+        if (values := (getattr(before, name), getattr(after, name)))[0] != values[1]
+    }
 
 
 @cache

@@ -11,7 +11,7 @@ from PySide6.QtGui import QUndoStack
 from annotations.documents.annotation import Annotation, is_untouched
 from annotations.documents.edits import EditRefused
 from annotations.documents.provenance import NO_STAMPS, Viewing
-from annotations.documents.record import Method
+from annotations.documents.record import Method, changed
 from annotations.documents.study import CONSENSUS
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
@@ -352,7 +352,7 @@ class SessionState(QObject):
             self._refuse(error)
             return False
         if after is not self._document:
-            self.undo_stack.push(EditCommand(text, self._document, after, self._show_document))
+            self.undo_stack.push(EditCommand(text, self._document, after, self._amend))
         return True
 
     def _is_refused(self) -> bool:
@@ -366,6 +366,10 @@ class SessionState(QObject):
         if not wanted.is_anything_on_its_way or not self._is_refused():
             return wanted
         return replace(wanted, preview=None, draft=None, first_end_um=None, refinement=None)
+
+    def _amend(self, fields: Mapping[str, object]) -> None:
+        if self._document is not None:
+            self._show_document(changed(self._document, **fields))
 
     def _show_document(self, document: Annotation) -> None:
         before, self._document = self._document, document

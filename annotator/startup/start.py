@@ -14,6 +14,7 @@ from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.settings import Settings
 from annotator.startup.crash_log import CrashLog
+from annotator.startup.freed_memory import FreedMemory
 from annotator.startup.garbage import GarbageCollection
 from annotator.startup.termination import Termination
 from annotator.window.main_window import MainWindow
@@ -63,6 +64,7 @@ def run(
             remember_spacing=settings.remember_spacing_answer,
         )
     )
+    FreedMemory(session, parent=session)
     window = MainWindow(session, settings, crash_log.path)
     crash_log.unexpected_error.connect(window.questions.show_error)
     window.scene_prepared.connect(garbage.settle)

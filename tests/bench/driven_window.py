@@ -12,6 +12,7 @@ from annotator.session.options import SessionOptions
 from annotator.session.viewing.view import Pane
 from annotator.settings import Settings
 from annotator.slices.slice_view import SliceView
+from annotator.startup.freed_memory import FreedMemory
 from annotator.startup.garbage import GarbageCollection
 from annotator.startup.start import make_application
 from annotator.window.four_up import SLICE_PANES
@@ -59,6 +60,7 @@ class DrivenWindow:
                 level_cache_folder=folder / "levels",
             )
         )
+        FreedMemory(self.session, parent=self.session)
         self.window = MainWindow(self.session, Settings(folder / "settings.ini"), folder / "log", asks=False)
         self.window.scene_prepared.connect(self.garbage.settle)
         self._errors: list[Exception] = []

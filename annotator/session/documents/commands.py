@@ -1,35 +1,41 @@
-"""The undo command: what an edit made of the document, kept whole."""
+"""The undo command: what an edit made of the document's fields."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from PySide6.QtGui import QUndoCommand
 
 from annotations.documents.annotation import Annotation
+from annotations.documents.record import differences
 
 
 class EditCommand(QUndoCommand):
-    """Holds the document before and after one edit; both are frozen, so undoing is exact.
+    """Holds the fields that an edit changed, as they were and as they are; frozen, so undoing is exact.
+
+    Not the documents: thousands of edits are kept, and most of a document's fields no edit changes.
 
     Parameters
     ----------
     text : str
         Names the edit in the menu, as in "Undo place k0".
-    show : callable
-        The session's way to make a document the present one.
+    amend : callable
+        The session's way to give fields of the present document other values.
     """
 
     def __init__(
-        self, text: str, before: Annotation, after: Annotation, show: Callable[[Annotation], None]
+        self,
+        text: str,
+        before: Annotation,
+        after: Annotation,
+        amend: Callable[[Mapping[str, object]], None],
     ) -> None:
         super().__init__(text)
-        self._before = before
-        self._after = after
-        self._show = show
+        self._differences = differences(before, after)
+        self._amend = amend
 
     def redo(self) -> None:
         """Make the document after the edit the present one."""
-        self._show(self._after)
+        self._amend({name: after for name, (_, after) in self._differences.items()})
 
     def undo(self) -> None:
         """Make the document before the edit the present one."""
-        self._show(self._before)
+        self._amend({name: before for name, (before, _) in self._differences.items()})
