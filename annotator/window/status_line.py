@@ -9,6 +9,7 @@ from annotator.looks.labels import ColoredLabel, ElidedText, PickColor
 from annotator.session import Session
 from annotator.session.editing.click_meaning import is_active_locked
 from annotator.session.viewing.view import Mode, Preview, View
+from annotator.window.folder_offer import FolderOffer
 
 _MESSAGE_MS = 8000
 _LONGEST_NAME_PX = 160
@@ -46,11 +47,13 @@ class StatusLine(QStatusBar):
         self._session = session
         self._is_spacing_unknown = False
         self._is_message_long = False
-        self._beside: list[QWidget] = []
         self._hint = ElidedText(mode=Qt.TextElideMode.ElideRight)
         self._hint.setObjectName("status_hint")
         self._hint.setAccessibleName("What the next click does")
         self.addWidget(self._hint, 1)
+        offer = FolderOffer((session.reporting, session.agreement_reporting))
+        self.addPermanentWidget(offer)
+        self._beside: list[QWidget] = [offer]
         self._cursor = self._label("status_cursor", "Position and intensity under the cursor")
         self._spacing = self._label("status_spacing", "Voxel spacing")
         self._mode = self._label("status_mode", "Mode", elided=False)

@@ -1,7 +1,7 @@
 import pytest
 from PySide6.QtCore import QEvent, QPoint
-from PySide6.QtGui import QColor, QHelpEvent, QPalette
-from PySide6.QtWidgets import QApplication, QLabel, QToolTip, QWidget
+from PySide6.QtGui import QColor, QDesktopServices, QHelpEvent, QPalette
+from PySide6.QtWidgets import QApplication, QLabel, QToolButton, QToolTip, QWidget
 
 from annotations.fitting.refine import Refinement
 from annotations.volumes import Ray
@@ -52,6 +52,23 @@ def test_a_narrow_line_shortens_numbers_before_it_makes_the_window_wide(line, se
     mode = line.findChild(QLabel, "status_mode")
     assert mode.width() >= mode.sizeHint().width()
     assert line.findChild(QLabel, "status_cursor").toolTip() == "0.318, 0.405, 0.235 mm  [20, 30, 25]  117"
+
+
+@pytest.mark.parametrize("about", ["reporting", "agreement_reporting"])
+def test_the_folder_of_a_report_is_offered_once_it_is_written(line, session, monkeypatch, tmp_path, about):
+    opened = []
+    monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: opened.append(url.toLocalFile()))
+    offer = line.findChild(QToolButton, "open_report_folder")
+    assert not offer.isVisible()
+    session.post_message("The report is in a folder with a name so long that it does not fit " * 4)
+    getattr(session, about).exported.emit((tmp_path / "errors.html", tmp_path / "errors.json"))
+    assert offer.isVisible()
+    assert str(tmp_path) in offer.toolTip()
+    # The message ends where the offer begins.
+    assert line._message_area().right() < offer.x()
+    offer.click()
+    assert opened == [str(tmp_path)]
+    assert not offer.isVisible()
 
 
 def test_mode_shows(line, session):
