@@ -25,7 +25,6 @@ ROW_IN = 0.19
 HEAD_IN = 0.66
 """Height of a row of names, and of what stands above and below them."""
 LEGEND_IN = 0.28
-_RIGHT_IN = 0.14
 _LEAST_IN = 0.05
 _LARGEST_HINTING = 1.05
 """By how much letters on a screen, which fit its pixels, may be wider than in print."""
@@ -39,6 +38,8 @@ class Room:
     ----------
     left_in : float
         Left of the first ones, for names or numbers.
+    right_in : float
+        Right of the last ones: half of the last number below them, where that is at their end.
     gap_in : float
         Between two columns: numbers below the ends of two axes, each half over the edge, do not touch.
     title_in, ticks_in : float
@@ -48,10 +49,26 @@ class Room:
     """
 
     left_in: float = 0.5
+    right_in: float = 0.14
     gap_in: float = 0.34
     title_in: float = 0.26
     ticks_in: float = 0.3
     legend_in: float = 0.0
+
+
+@dataclass(frozen=True)
+class Cell:
+    """The place of axes in a figure, in inches from its lower left corner."""
+
+    left_in: float
+    bottom_in: float
+    width_in: float
+    height_in: float
+
+
+def half_width_in(number: str) -> float:
+    """Return how far a number below the end of axes stands out over it, in inches."""
+    return _LARGEST_HINTING * line_width_in(number, FONT) / 2
 
 
 def room_for(labels: Sequence[str], *, has_legend: bool = False) -> Room:
@@ -60,37 +77,50 @@ def room_for(labels: Sequence[str], *, has_legend: bool = False) -> Room:
     return Room(left_in=_LARGEST_HINTING * widest_in + 0.2, legend_in=LEGEND_IN if has_legend else 0.0)
 
 
-def grid(figure: "Surface", count: int, room: Room, columns: int = COLUMNS) -> list["Axes"]:
-    """Return axes side by side, at most a number of them in a row.
+def cells_in(figure: "Surface", count: int, room: Room, columns: int = COLUMNS) -> list[Cell]:
+    """Return the places of axes side by side, at most a number of them in a row, the first row on top.
 
-    Their places follow from the room alone: asking each text for its size first, as matplotlib's layout
-    engines do, takes three times as long.
+    They follow from the room alone: asking each text for its size first, as matplotlib's layout engines do,
+    takes three times as long.
     """
     columns = min(columns, max(1, count))
     rows = max(1, math.ceil(count / columns))
-    width_in, height_in = figure.bbox.width / figure.dpi, figure.bbox.height / figure.dpi
+    width_in, height_in = size_in(figure)
     between_in = room.title_in + room.ticks_in
-    axes_in = (
-        max(_LEAST_IN, (width_in - room.left_in - _RIGHT_IN - room.gap_in * (columns - 1)) / columns),
-        max(_LEAST_IN, (height_in - room.legend_in - between_in * rows) / rows),
+    across_in = max(
+        _LEAST_IN, (width_in - room.left_in - room.right_in - room.gap_in * (columns - 1)) / columns
     )
-    cells = figure.subplots(
-        rows,
-        columns,
-        squeeze=False,
-        gridspec_kw={
-            "left": room.left_in / width_in,
-            "right": 1 - _RIGHT_IN / width_in,
-            "bottom": (room.ticks_in + room.legend_in) / height_in,
-            "top": 1 - room.title_in / height_in,
-            "wspace": room.gap_in / axes_in[0],
-            "hspace": between_in / axes_in[1],
-        },
-    )
-    listed = cells.ravel().tolist()
-    for axes in listed[count:]:
-        axes.set_visible(False)
-    return listed[:count]
+    up_in = max(_LEAST_IN, (height_in - room.legend_in - between_in * rows) / rows)
+    return [
+        Cell(
+            room.left_in + (number % columns) * (across_in + room.gap_in),
+            height_in - room.title_in - up_in - (number // columns) * (up_in + between_in),
+            across_in,
+            up_in,
+        )
+        for number in range(count)
+    ]
+
+
+def size_in(figure: "Surface") -> tuple[float, float]:
+    """Return the width and the height of a figure, or of a part of one, in inches."""
+    return figure.bbox.width / figure.dpi, figure.bbox.height / figure.dpi
+
+
+def grid(figure: "Surface", count: int, room: Room, columns: int = COLUMNS) -> list["Axes"]:
+    """Return axes at the places of `cells_in`."""
+    width_in, height_in = size_in(figure)
+    return [
+        figure.add_axes(
+            (
+                cell.left_in / width_in,
+                cell.bottom_in / height_in,
+                cell.width_in / width_in,
+                cell.height_in / height_in,
+            )
+        )
+        for cell in cells_in(figure, count, room, columns)
+    ]
 
 
 def offset(place: int, count: int) -> float:
@@ -116,7 +146,9 @@ def names(axes: "Axes", labels: Sequence[str], *, is_first: bool) -> None:
 
 def dress(axes: "Axes", title: str) -> None:
     """Give axes their title, which has the unit of the numbers along them, and a grid to read them by."""
-    axes.set_title(title, fontsize=FONT + 1, color=INK)
+    # Nothing stands above the axes that a title with a place of its own could meet: matplotlib would measure
+    # all their numbers to find out.
+    axes.set_title(title, fontsize=FONT + 1, color=INK, y=1.0)
     axes.tick_params(labelsize=FONT, color=FAINT, length=2)
     axes.grid(color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
 
 _DPI = 130
 _SALT = "annotations"
+# Half the time of the usual 6, for a twentieth more bytes.
+_PNG = {"compress_level": 3}
 
 
 def picture_bytes(
@@ -40,7 +42,7 @@ def picture_bytes(
         # A name may be of letters that the font lacks: the tables beside the picture have it whole.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         if kind == "png":
-            figure.savefig(stream, format="png", dpi=_DPI)
+            figure.savefig(stream, format="png", dpi=_DPI, pil_kwargs=_PNG)
         else:
             # Names of parts come from random numbers otherwise.
             with rc_context({"svg.hashsalt": _SALT}):

@@ -2,17 +2,16 @@
 
 import math
 from collections.abc import Callable
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from annotations.agreement.report.contents import Photo
 from annotations.agreement.report.labels import METHODS, drawable, label_of, measure, unit_of
-from annotations.agreement.report.marks import LEGEND_IN, WIDTH_IN, Room, grid, legend
+from annotations.agreement.report.marks import LEGEND_IN, WIDTH_IN, Room, legend
 from annotations.agreement.report.palette import numbered_look
 from annotations.agreement.report.pictures import picture_bytes
 from annotations.agreement.report.scenes import Scene, read_scene
-from annotations.agreement.report.volume_views import SIDES, Window, draw_points, draw_side
+from annotations.agreement.report.volume_views import Window, volume_views
 from annotations.agreement.results import Agreement, VolumeResult
 from annotations.documents.record import Method
 from annotations.errors import Cancelled
@@ -92,12 +91,13 @@ def _picture(agreement: Agreement, method: Method, volume: VolumeResult, scene: 
 
     def draw(figure: "Surface") -> None:
         room = Room(gap_in=0.5, ticks_in=0.42, legend_in=legend_in)
-        cells = grid(figure, 2 * len(SIDES), room, columns=len(SIDES))
-        for axes, ((window, words, only), axis) in zip(cells, product(rows, SIDES), strict=True):
-            draw_side(axes, axis, scene.level, window, words)
-            for annotator, placed in scene.placed.items():
-                positions_um = [each for name, each in placed.items() if only in (None, name)]
-                draw_points(axes, axis, positions_um, looks[annotator])
+        views = volume_views(figure, [window for window, *_ in rows], room)
+        for row, (_, words, only) in zip(views, rows, strict=True):
+            for view in row:
+                view.draw_volume(scene.level, words)
+                for annotator, placed in scene.placed.items():
+                    positions_um = [each for name, each in placed.items() if only in (None, name)]
+                    view.draw_points(positions_um, looks[annotator])
         legend(figure, list(looks.values()), list(map(drawable, looks)), _IN_LEGEND_ROW)
 
     size_in = (WIDTH_IN, _HEIGHT_IN + legend_in)

@@ -22,6 +22,7 @@ from annotations.agreement.report.marks import (
     Room,
     dress,
     grid,
+    half_width_in,
     names,
     offset,
     room_for,
@@ -45,11 +46,16 @@ _UM_PER_MM = 1000.0
 _PER_CENT = 100.0
 _COLUMNS = 3
 _LEAST = 1e-3
+_WIDEST_NUMBER = "99.99995"
+"""Below the axes: where all confidences are nearly 100 %, they are told apart by their last digits."""
 _BINS, _LEAST_IN_BIN = 6, 4
 _SCATTER_IN = 2.1
 _POINT_PT = 7
-_MANY = 100
-"""More points than this are pixels in a drawing of lines, which would be megabytes large."""
+_MANY, _MANY_IN_STRIP = 500, 100
+"""More points than this are pixels in a drawing of lines, which would be megabytes large.
+
+As pixels they take longer, and there are as many bytes where they are spread over the axes.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +201,12 @@ def _against(condition: _Condition, tables: Sequence[ErrorTable], targets: Seque
     def draw(figure: "Surface") -> tuple[PlottedPoints, ...]:
         plotted = []
         room = Room(
-            left_in=0.45, gap_in=0.5, title_in=0.28, ticks_in=0.44, legend_in=legend_in(figure, tables)
+            left_in=0.45,
+            right_in=half_width_in(_WIDEST_NUMBER),
+            gap_in=0.5,
+            title_in=0.28,
+            ticks_in=0.44,
+            legend_in=legend_in(figure, tables),
         )
         for axes, target in zip(grid(figure, len(targets), room, _COLUMNS), targets, strict=True):
             for table, look in zip(tables, looks, strict=True):
@@ -355,7 +366,7 @@ def _strip(axes: "Axes", table: ErrorTable, name: str, height: float, look: Look
         markersize=5,
         markeredgewidth=0.6,
         alpha=0.5,
-        rasterized=x_mm.size > _MANY,
+        rasterized=x_mm.size > _MANY_IN_STRIP,
     )
     low, first, middle, third, high = np.percentile(x_mm, (5, 25, 50, 75, 95))
     axes.plot((low, high), (height, height), color=look.color, linewidth=1.2, solid_capstyle="butt")

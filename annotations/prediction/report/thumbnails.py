@@ -1,18 +1,17 @@
 """Small pictures of the worst volumes: where the keypoints are, and where a checkpoint sees them."""
 
 from collections.abc import Callable, Mapping
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from annotations.agreement.report.contents import Photo
-from annotations.agreement.report.marks import LEGEND_IN, WIDTH_IN, Room, grid, legend
+from annotations.agreement.report.marks import LEGEND_IN, WIDTH_IN, Room, legend
 from annotations.agreement.report.palette import Look
 from annotations.agreement.report.pictures import picture_bytes
 from annotations.agreement.report.scenes import volume_preview
-from annotations.agreement.report.volume_views import SIDES, Window, draw_pairs, draw_points, draw_side
+from annotations.agreement.report.volume_views import Window, volume_views
 from annotations.app_folders import tool_folder
 from annotations.documents.study import load_study
 from annotations.errors import Cancelled
@@ -112,14 +111,13 @@ def _picture(
 
     def draw(figure: "Surface") -> None:
         room = Room(gap_in=0.5, ticks_in=0.42, legend_in=LEGEND_IN)
-        cells = grid(figure, 2 * len(SIDES), room, columns=len(SIDES))
-        for axes, ((window, words, shown, pairs), axis) in zip(cells, product(views, SIDES), strict=True):
-            draw_side(axes, axis, level, window, words)
-            draw_pairs(axes, axis, list(pairs.values()), _PAIR)
-            draw_points(axes, axis, [true_um[each] for each in shown], TRUTH)
-            draw_points(
-                axes, axis, [predicted_um[each] for each in shown if each in predicted_um], PREDICTION
-            )
+        rows = volume_views(figure, [window for window, *_ in views], room)
+        for row, (_, words, shown, pairs) in zip(rows, views, strict=True):
+            for view in row:
+                view.draw_volume(level, words)
+                view.draw_pairs(list(pairs.values()), _PAIR)
+                view.draw_points([true_um[each] for each in shown], TRUTH)
+                view.draw_points([predicted_um[each] for each in shown if each in predicted_um], PREDICTION)
         legend(figure, [TRUTH, PREDICTION], ["annotation", "prediction"])
 
     errors = ", ".join(

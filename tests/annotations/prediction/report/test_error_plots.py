@@ -105,6 +105,31 @@ def test_how_far_people_are_apart_is_drawn_where_it_is_known(make: Make) -> None
     assert len(second.lines) == len(first.lines) - 1
 
 
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (0.9999925, 0.99999584), (0.99999925, 0.999999584)])
+@pytest.mark.parametrize("width_in", [3.2, 5.0, 8.0])
+def test_no_number_is_cut_off_at_the_edge(make: Make, low: float, high: float, width_in: float) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    table = make()
+    shares = np.linspace(low, high, len(table.rows)).tolist()
+    rows = tuple(changed(row, presence=share) for row, share in zip(table.rows, shares, strict=True))
+    plot = error_plots([changed(table, rows=rows)], FORCEPS)[0]
+    figure = Figure(figsize=(width_in, 0.6 * width_in), dpi=96)
+    canvas = FigureCanvasAgg(figure)
+
+    plot.draw(figure)
+    canvas.draw()
+
+    [axes] = figure.axes
+    left, right = axes.get_xlim()
+    numbers = [label for label in axes.get_xticklabels() if left <= label.get_position()[0] <= right]
+    assert numbers
+    for number in numbers:
+        extent = number.get_window_extent()
+        assert figure.bbox.x0 <= extent.x0 < extent.x1 <= figure.bbox.x1
+
+
 @pytest.mark.parametrize("volumes", [0, 1, 2])
 def test_few_volumes_are_drawn_too(make: Make, volumes: int) -> None:
     for plot in error_plots([make(volumes=volumes)], FORCEPS)[-3:]:
@@ -120,3 +145,27 @@ def test_an_error_of_nothing_is_drawn_at_the_edge(make: Make) -> None:
 
     assert points.y[-1] > 0
     assert figure.axes[0].get_ylim()[0] > 0
+
+
+def test_a_plot_is_drawn_without_measuring_its_numbers(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would take a third longer."""
+    from matplotlib.axis import Axis
+
+    measured: list[Axis] = []
+    measure = Axis.get_tightbbox
+    monkeypatch.setattr(
+        Axis,
+        "get_tightbbox",
+        lambda axis, *given, **named: measured.append(axis) or measure(axis, *given, **named),
+    )
+    for plot in error_plots([make()], FORCEPS)[::7]:
+        picture_bytes(plot.size_in, plot.for_page().draw, "svg")
+
+    assert measured == []
+
+
+def test_some_hundred_points_are_drawn_as_lines_are(make: Make) -> None:
+    """Pixels of them would take longer and as many bytes."""
+    against = error_plots([make(volumes=200)], FORCEPS)[0]
+
+    assert b"<image" not in picture_bytes(against.size_in, against.for_page().draw, "svg")
