@@ -150,11 +150,15 @@ def _turning(driven: DrivenWindow, times: int, data: str) -> Figures:
     }
 
 
-def _mouse(canvas: QWidget, kind: QEvent.Type, at: QPointF) -> None:
+def mouse_event(canvas: QWidget, kind: QEvent.Type, at: QPointF) -> QMouseEvent:
+    """Return what Qt tells a widget of the left button, or of the mouse that moves with it held down."""
     button = _Button.NoButton if kind == _Type.MouseMove else _Button.LeftButton
     held = _Button.NoButton if kind == _Type.MouseButtonRelease else _Button.LeftButton
-    event = QMouseEvent(kind, at, canvas.mapToGlobal(at), button, held, Qt.KeyboardModifier.NoModifier)
-    QApplication.sendEvent(canvas, event)
+    return QMouseEvent(kind, at, canvas.mapToGlobal(at), button, held, Qt.KeyboardModifier.NoModifier)
+
+
+def _mouse(canvas: QWidget, kind: QEvent.Type, at: QPointF) -> None:
+    QApplication.sendEvent(canvas, mouse_event(canvas, kind, at))
 
 
 def _peer_level(driven: DrivenWindow) -> Level:

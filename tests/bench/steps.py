@@ -72,6 +72,7 @@ def measure(request: Request, folder: Path) -> Result:
 def _window(request: Request, folder: Path) -> Result:
     """Everything that the peer does, and what can only be measured beside it."""
     from tests.bench.handling import measure_edits_in_slices, measure_handling
+    from tests.bench.input_while_drawing import measure_input
     from tests.bench.opening import measure_opening
     from tests.bench.scrolling import measure_scrolling
 
@@ -80,6 +81,7 @@ def _window(request: Request, folder: Path) -> Result:
         figures = measure_opening(driven, placed(request.volume, folder / "volume"))
         figures |= measure_scrolling(driven, request.times)
         figures |= measure_handling(driven, request.times)
+        figures |= measure_input(driven, max(1, request.times // 4))
         figures |= measure_edits_in_slices(driven, request.times)
         figures |= {"anonymous_mib": anonymous_mib(), "peak_rss_mib": peak_mib()}
         stage = driven.window.scene._stage

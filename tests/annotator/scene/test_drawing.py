@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QRect
-from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt
+from PySide6.QtGui import QColor, QWheelEvent
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from annotations.volumes import write_sidecar
@@ -165,6 +165,68 @@ def test_while_the_camera_moves_rays_are_few_and_at_rest_they_are_all(scene) -> 
     resting = scene.pixels()
     assert scene.view.volume_draws == at_rest
     assert np.array_equal(fresh(scene), resting)
+
+
+class Inputs(QObject):
+    """Hears what a widget is told of the mouse's wheel before it is handled."""
+
+    def __init__(self, widget: QWidget, order: list[str]) -> None:
+        super().__init__(widget)
+        self._order = order
+        widget.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Wheel:
+            self._order.append("input")
+        return False
+
+
+WISHES = {
+    "nothing else": lambda _scene: None,
+    "an edit": lambda scene: scene.session.place((300.0, 400.0, 188.0), keypoint="k0"),
+    "another window": lambda scene: scene.session.look(window=(0.0, 500.0)),
+    "the rest": lambda scene: scene.view._on_rest_timeout(),
+}
+
+
+@pytest.mark.parametrize("wish", WISHES)
+def test_what_comes_during_a_full_frame_is_handled_before_another_one(scene, wish: str) -> None:
+    order: list[str] = []
+    Inputs(scene.canvas, order)
+    draw, at = scene.view._stage.renderers.draw, QPointF(40, 100)
+    wheel = QWheelEvent(
+        at,
+        scene.canvas.mapToGlobal(at),
+        QPoint(),
+        QPoint(0, 120),
+        Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
+
+    def draw_noted(*given, final: bool, **named) -> None:
+        before = scene.view.volume_draws
+        draw(*given, final=final, **named)
+        if scene.view.volume_draws > before:
+            order.append("full frame" if final else "coarse frame")
+        if order[-1:] == ["full frame"] and "input" not in order:
+            # As if all this had come while the frame was drawn: the wish first.
+            WISHES[wish](scene)
+            QApplication.postEvent(scene.canvas, QWheelEvent(wheel))
+
+    scene.view._stage.renderers.draw = draw_noted
+    scene.view.look_from("+x")
+    scene.qtbot.waitUntil(lambda: "input" in order)
+    camera = scene.view.camera
+    scene.settle()
+
+    handled = order.index("input")
+    assert order[:handled].count("full frame") == 1
+    # What it asked for is drawn coarsely first, and then at its best.
+    assert order[handled + 1] == "coarse frame"
+    assert order[-1] == "full frame"
+    assert scene.view.camera == camera
 
 
 def test_any_number_of_moves_is_one_frame(scene) -> None:
