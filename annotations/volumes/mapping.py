@@ -17,6 +17,36 @@ _GAP_BYTES = 16 << 10
 over less from row to row; that of a larger one passes over more, and reads no more for it."""
 
 
+# In so many places of a region it is looked whether its pages are in memory already.
+_PROBES = 64
+
+
+class _OpenFile:
+    """A file, opened once more, that is asked which of its pages are in memory (Linux)."""
+
+    def __init__(self, stream: IO[bytes]) -> None:
+        self._number = -1
+        if hasattr(os, "RWF_NOWAIT"):
+            # Where it cannot be opened so, nothing is told.
+            with contextlib.suppress(OSError):
+                self._number = os.open(f"/proc/self/fd/{stream.fileno()}", os.O_RDONLY)
+                # Or each question would bring what follows in the file into memory, too.
+                os.posix_fadvise(self._number, 0, 0, os.POSIX_FADV_RANDOM)
+
+    def has_in_memory(self, offset: int) -> bool:
+        """Say whether a byte can be read without waiting for a disk; False where nobody can tell."""
+        if self._number < 0:
+            return False
+        try:
+            return os.preadv(self._number, [bytearray(1)], offset, os.RWF_NOWAIT) == 1
+        except OSError:
+            return False
+
+    def __del__(self) -> None:
+        if self._number >= 0:
+            os.close(self._number)
+
+
 class MappedStorage(Storage):
     """An uncompressed array in a file; the operating system reads what is touched.
 
@@ -24,15 +54,24 @@ class MappedStorage(Storage):
     ----------
     mapped : mmap.mmap
         The whole file, for reading.
+    file : _OpenFile
+        The same file.
     dtype, shape, offset, fortran_order
         What the array is and where it starts.
     """
 
     def __init__(
-        self, mapped: mmap.mmap, dtype: np.dtype[Any], shape: Shape, offset: int, fortran_order: bool
+        self,
+        mapped: mmap.mmap,
+        file: _OpenFile,
+        dtype: np.dtype[Any],
+        shape: Shape,
+        offset: int,
+        fortran_order: bool,
     ) -> None:
         array: Array = np.ndarray(shape, dtype, mapped, offset, order="F" if fortran_order else "C")
         self._open: tuple[mmap.mmap, Array] | None = (mapped, array)
+        self._file: _OpenFile | None = file
         self._offset = offset
 
     @classmethod
@@ -62,7 +101,7 @@ class MappedStorage(Storage):
                 remedy="Copy or export it again",
             )
         mapped = mmap.mmap(stream.fileno(), needed, access=mmap.ACCESS_READ)
-        return cls(mapped, dtype, shape, offset, fortran_order)
+        return cls(mapped, _OpenFile(stream), dtype, shape, offset, fortran_order)
 
     def read(self, region: Region) -> Array:
         """Return a view of the file."""
@@ -72,12 +111,21 @@ class MappedStorage(Storage):
         return opened[1][region]
 
     def prefetch(self, region: Region) -> None:
-        """Ask for the pages of the region, all at once rather than one fault at a time."""
-        opened = self._open
-        if opened is None or not hasattr(mmap, "MADV_WILLNEED"):
+        """Ask for the pages of the region, all at once rather than one fault at a time.
+
+        Not where they seem to be in memory: of a large file's preview each row has to be asked for by itself,
+        which takes several times as long as reading them all from there.
+        """
+        opened, file = self._open, self._file
+        if opened is None or file is None or not hasattr(mmap, "MADV_WILLNEED"):
             return
         mapped, array = opened
-        for start, stop in self._spans(array, region):
+        spans = list(self._spans(array, region))
+        if len(spans) > _PROBES:
+            probed = [*spans[:: len(spans) // _PROBES], spans[-1]]
+            if all(file.has_in_memory(start) for start, _ in probed):
+                return
+        for start, stop in spans:
             page = start - start % mmap.PAGESIZE
             # Advice only: where it is not taken, the pages are read when they are touched.
             with contextlib.suppress(OSError):
@@ -85,7 +133,7 @@ class MappedStorage(Storage):
 
     def close(self) -> None:
         """Forget the array; the file is let go with the last view of it."""
-        self._open = None
+        self._open = self._file = None
 
     def _spans(self, array: Array, region: Region) -> Iterator[tuple[int, int]]:
         """Return the bytes of a region, row by row, joined where they are near."""

@@ -1,5 +1,6 @@
 import itertools
 import mmap
+import os
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -144,6 +145,34 @@ def test_whole_pages_are_asked_for(tmp_path: Path) -> None:
         (mmap.MADV_WILLNEED, 300 * page, 148),
         (mmap.MADV_WILLNEED, 500 * page, 148),
     ]
+
+
+@pytest.mark.skipif(not hasattr(os, "RWF_NOWAIT"), reason="the system does not say what is in memory")
+@pytest.mark.parametrize("missing", [None, 0, 150, 199])
+def test_rows_that_are_in_memory_are_not_asked_for_one_by_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: int | None
+) -> None:
+    row = 5 * mmap.PAGESIZE
+    array = np.zeros((2, 100, row), np.uint8)
+    storage = mapped(tmp_path / "v.raw", array, 0)
+    recorder = AdvisedMap()
+    storage._open = (recorder, array)  # type: ignore[assignment]
+    looked_at: list[int] = []
+
+    def preadv(_file: int, buffers: list[bytearray], offset: int, _flags: int) -> int:
+        looked_at.append(offset)
+        if missing is not None and offset // row >= missing:
+            raise BlockingIOError
+        return len(buffers)
+
+    monkeypatch.setattr(os, "preadv", preadv)
+    storage.prefetch((slice(0, 2, 1), slice(0, 100, 1), slice(10, 20, 1)))
+
+    assert len(recorder.advised) == (0 if missing is None else 200)
+    assert len(looked_at) <= 100
+    # A few pieces are asked for whatever there is.
+    storage.prefetch((slice(0, 2, 1), slice(0, 10, 1), slice(10, 20, 1)))
+    assert len(recorder.advised) == (20 if missing is None else 220)
 
 
 def test_asking_may_fail_without_harm(
