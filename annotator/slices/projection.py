@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from annotations.geometry.frames import Vector, um_to_voxel, voxel_to_um
 
 AXIS_NAMES = ("x", "y", "z")
-
-Axis = Literal[0, 1, 2]
 
 
 @dataclass(frozen=True)
