@@ -61,6 +61,8 @@ class Canvas(QObject):
         self.window = tvtk.to_vtk(self.scene.render_window)
         self.renderer = tvtk.to_vtk(self.scene.renderer)
         self.window.SetMultiSamples(0)  # 30 ms a frame without a GPU
+        # Mayavi's copy of the window's properties, which nobody reads, was made anew several times a frame.
+        self.scene.render_window.teardown_observers()
         # On a platform without screen VTK draws into memory, and the picture is painted like any widget's:
         # so a window can be grabbed whole.
         self._painted = QGuiApplication.platformName() == "offscreen"

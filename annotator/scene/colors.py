@@ -1,5 +1,7 @@
 """The scene's colours: a dark ground in every theme, as is the custom for OCT, and what is read on it."""
 
+from functools import lru_cache
+
 from PySide6.QtGui import QColor, QPalette
 
 from annotator.looks import theme
@@ -28,6 +30,7 @@ def ground(palette: QPalette) -> tuple[float, float, float]:
     return (color.redF(), color.greenF(), color.blueF())
 
 
+@lru_cache(maxsize=1)
 def axis_colors() -> tuple[QColor, QColor, QColor]:
     """Return the colours of the axes x, y, z on the scene's dark ground."""
     return theme.colors(theme.palette(dark=True)).axes

@@ -1,17 +1,21 @@
 """The surface of a body as the eye sees it: which way it faces, its outline, and what is nearest."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from annotations.geometry.meshes import Mesh
+from annotations.geometry.boxes import Box
+from annotations.geometry.frames import Vector
+from annotations.geometry.meshes import Mesh, box_mesh
 from annotator.scene.camera import Camera
 from annotator.session.editing.solids import Solid
 
 Array = NDArray[np.float64]
+
+_UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 _SHARP = math.cos(math.radians(40))
 """Cosine between the normals of two triangles below which the edge between them is a sharp one."""
@@ -33,6 +37,8 @@ class Facets:
         Each edge once.
     beside : ndarray of int64, shape (k, 2)
         The two triangles at each edge.
+    sharp : ndarray of bool, shape (k,)
+        Which edges are sharp ones.
     """
 
     corners_um: Array
@@ -40,6 +46,7 @@ class Facets:
     corner_normals: Array
     edges_um: Array
     beside: NDArray[np.int64]
+    sharp: NDArray[np.bool_]
 
     def facing(self, camera: Camera) -> Array:
         """Return the cosine between the surface and the eye at each corner, shape (m, 3): 1 is face on."""
@@ -59,20 +66,36 @@ class Facets:
         middles_um = self.corners_um.mean(axis=1)
         front = np.einsum("ij,ij->i", self.normals, _sight(middles_um, camera)) < 0
         one, other = self.beside.T
-        sharp = np.einsum("ij,ij->i", self.normals[one], self.normals[other]) < _SHARP
-        seen = (front[one] != front[other]) | (sharp & front[one] & front[other])
+        seen = (front[one] != front[other]) | (self.sharp & front[one] & front[other])
         return self.edges_um[seen]
 
 
 @lru_cache(maxsize=64)
 def facets(solid: Solid) -> Facets:
     """Return the facets of a body; those of bodies that were drawn lately are kept."""
-    mesh = solid.mesh
+    shape = _shape(solid.box.size_um, solid.is_round)
+    # A body that moves keeps its shape: only where its corners are, and which way they face, is new.
+    center_um, turn = np.asarray(solid.box.center_um), solid.box.axes.T
+    return replace(
+        shape,
+        corners_um=center_um + shape.corners_um @ turn,
+        normals=shape.normals @ turn,
+        corner_normals=shape.corner_normals @ turn,
+        edges_um=center_um + shape.edges_um @ turn,
+    )
+
+
+@lru_cache(maxsize=64)
+def _shape(size_um: Vector, is_round: bool) -> Facets:
+    """Return the facets of a body of a size, about its centre and along its own axes."""
+    mesh = box_mesh(Box((0.0, 0.0, 0.0), size_um, _UNTURNED), is_round=is_round)
     corners = mesh.vertices_um[mesh.triangles]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = across / np.linalg.norm(across, axis=1, keepdims=True)
     ends, beside = _edges(mesh)
-    return Facets(corners, normals, _smooth(mesh, normals), mesh.vertices_um[ends], beside)
+    one, other = beside.T
+    sharp = np.einsum("ij,ij->i", normals[one], normals[other]) < _SHARP
+    return Facets(corners, normals, _smooth(mesh, normals), mesh.vertices_um[ends], beside, sharp)
 
 
 def _smooth(mesh: Mesh, normals: Array) -> Array:

@@ -6,11 +6,11 @@ import numpy as np
 import vtk
 from numpy.typing import NDArray
 
-from annotations.geometry.frames import Vector, nearest_voxel, vector, voxel_to_um
+from annotations.geometry.frames import Vector, nearest_voxel, voxel_to_um
 from annotations.volumes import Level
 from annotator.looks.colormaps import COLORMAPS
 from annotator.scene.colors import axis_colors, rgb
-from annotator.scene.segments import Segment, Segments
+from annotator.scene.segments import Segment, Segments, segments
 from annotator.scene.textured_quad import TexturedQuad
 
 _OUTLINE_DARKER = 130  # percent: the crosshair stands out
@@ -59,15 +59,11 @@ class PlanesLayer:
         low, high = (np.array(corner) for corner in look.box_um or (look.crosshair_um, look.crosshair_um))
         for axis, color in enumerate(axis_colors() if look.box_um else ()):
             corners = _plane_corners(axis, look.crosshair_um, low, high)
-            outlines += [
-                Segment(
-                    vector(corners[side]), vector(corners[(side + 1) % 4]), rgb(color.darker(_OUTLINE_DARKER))
-                )
-                for side in range(4)
-            ]
-            first, last = np.array(look.crosshair_um), np.array(look.crosshair_um)
-            first[axis], last[axis] = low[axis], high[axis]
-            crosshair.append(Segment(vector(first), vector(last), rgb(color)))
+            sides = np.stack((corners, np.roll(corners, -1, axis=0)), axis=1)
+            outlines += segments(sides, rgb(color.darker(_OUTLINE_DARKER)))
+            ends = np.tile(np.asarray(look.crosshair_um, dtype=np.float64), (1, 2, 1))
+            ends[0, :, axis] = low[axis], high[axis]
+            crosshair += segments(ends, rgb(color))
         self._outlines.show(outlines if look.outlined else (), look.ratio)
         self._crosshair.show(crosshair if look.crossed else (), look.ratio)
 

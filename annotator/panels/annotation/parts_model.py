@@ -13,6 +13,7 @@ from annotations.fitting.plausibility import plausibility
 from annotations.geometry.tool import Link
 from annotator.looks import theme
 from annotator.looks.icons import icon
+from annotator.looks.redrawing import Redrawing
 from annotator.looks.swatches import part_swatch
 from annotator.looks.typed_numbers import NotUnderstood
 from annotator.panels.annotation.plausibility_color import plausibility_color
@@ -67,6 +68,10 @@ class PartsModel(TableModel, Generic[P]):
         self._columns = columns
         self._shown, self._coming = self._look_up()
         self._residuals_um = [self._residual_um(part) for part in self._shown]
+        # Rows that differ from what was announced last: whole, or in their numbers alone.
+        self._rows_owed: set[int] = set()
+        self._numbers_owed: set[int] = set()
+        self._redrawing = Redrawing(self._announce, self)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -340,7 +345,7 @@ class PartsModel(TableModel, Generic[P]):
         return parts, frozenset(part.name for part, old in zip(parts, kept, strict=True) if part != old)
 
     def _follow(self) -> None:
-        """Show what the session shows now; only what differs is drawn again."""
+        """Hold what the session shows now; only what differs is drawn again, once the scene has been."""
         known, were_coming = self._shown, self._coming
         shown, coming = self._look_up()
         if [part.name for part in shown] != [part.name for part in known]:
@@ -351,10 +356,19 @@ class PartsModel(TableModel, Generic[P]):
             changed = coming ^ were_coming
             for row, (part, was) in enumerate(zip(shown, known, strict=True)):
                 if part.name in changed or not _says_the_same(part, was):
-                    self._redraw([row])
+                    self._rows_owed.add(row)
                 elif part != was:
-                    self._redraw_cells(row, "number")
-            self._follow_fit()
+                    self._numbers_owed.add(row)
+            self._redrawing.ask()
+
+    def _announce(self) -> None:
+        """Announce what has changed since this was done last."""
+        rows, numbers = self._rows_owed, self._numbers_owed - self._rows_owed
+        self._rows_owed, self._numbers_owed = set(), set()
+        self._redraw(sorted(rows))
+        for row in sorted(numbers):
+            self._redraw_cells(row, "number")
+        self._follow_fit()
 
     def _follow_fit(self) -> None:
         """Show what the fit leaves now: one part that moves takes the residuals of all along."""
@@ -370,6 +384,8 @@ class PartsModel(TableModel, Generic[P]):
             self.dataChanged.emit(index, index)
 
     def _reset(self) -> None:
+        self._redrawing.drop()
+        self._rows_owed, self._numbers_owed = set(), set()
         self.beginResetModel()
         self._shown, self._coming = self._look_up()
         self._residuals_um = [self._residual_um(part) for part in self._shown]

@@ -11,6 +11,7 @@ from annotations.geometry.tool import ToolSpecification
 from annotator.looks.folding import Folding, scrolling_column
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
+from annotator.looks.redrawing import Redrawing
 from annotator.panels.annotation.distance_tables import DistanceMatrix, LinkTable
 from annotator.panels.annotation.fit_section import FitSection
 from annotator.panels.annotation.mistakes_section import MistakesSection
@@ -79,13 +80,16 @@ class PosePanel(QWidget):
         self._scroll = scrolling_column([self._nothing, *self._sections], "pose_scroll")
         layout.addWidget(self._scroll)
 
+        self._redrawing = Redrawing(self._draw, self)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
         self._draw()
+        self._draw_inputs()
 
     def copy_to_clipboard(self) -> None:
         """Copy everything as a tab-separated table."""
+        self._redrawing.draw_now()
         if self._readout is not None:
             QGuiApplication.clipboard().setText(self._readout.table())
             self._session.post_message("Pose and distances are on the clipboard")
@@ -96,12 +100,12 @@ class PosePanel(QWidget):
 
     @Slot(object, object)
     def _on_session_document_changed(self, before: object, after: object) -> None:
-        self._draw()
+        self._draw_soon()
 
     @Slot(object, object)
     def _on_session_view_changed(self, before: View, after: View) -> None:
         if before.preview != after.preview or before.draft is not after.draft:
-            self._draw()
+            self._draw_soon()
         elif (before.mode, before.pose) != (after.mode, after.pose):
             self._controls.draw()
         if before.mode != "pose" and after.mode == "pose":
@@ -115,6 +119,7 @@ class PosePanel(QWidget):
     @Slot()
     def _on_session_volume_changed(self) -> None:
         self._draw()
+        self._draw_inputs()
 
     def _bring_in_sight(self, content: QWidget) -> None:
         """Scroll to a section, and to its title rather than its end; not before it has been laid out."""
@@ -123,7 +128,18 @@ class PosePanel(QWidget):
         bar = self._scroll.verticalScrollBar()
         bar.setValue(min(bar.value(), section.y()))
 
+    def _draw_soon(self) -> None:
+        """Draw what a hand is on at once, and what is only read once the scene has been drawn."""
+        self._draw_inputs()
+        self._redrawing.ask()
+
+    def _draw_inputs(self) -> None:
+        if self._session.shown_document is not None and self._session.tool is not None:
+            self._controls.draw()
+            self._refinement.draw()
+
     def _draw(self) -> None:
+        self._redrawing.drop()
         tool, document = self._session.tool, self._session.shown_document
         self._nothing.setVisible(document is None)
         for section in self._sections:
@@ -134,8 +150,6 @@ class PosePanel(QWidget):
         self._draw_readout(document, tool)
         self._fit.draw()
         self._mistakes.draw()
-        self._controls.draw()
-        self._refinement.draw()
 
     def _draw_readout(self, document: Annotation, tool: ToolSpecification) -> None:
         readout = pose_readout(document, tool)

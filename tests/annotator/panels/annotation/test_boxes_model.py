@@ -11,6 +11,7 @@ from annotations.geometry.boxes import Box
 from annotator.looks import theme
 from annotator.panels.annotation.boxes_model import SIZES, BoxesModel, Column
 from annotator.session import Session
+from tests.annotator.redrawn import redrawn
 
 LINK0 = Box((300.0, 400.0, 200.0), (11000.1234, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
 ROLE = Qt.ItemDataRole
@@ -80,6 +81,7 @@ def test_a_draft_is_shown_in_italics_until_it_is_kept(boxes_session: Session, mo
     rows.clear()
     boxes_session.set_mode("place")
     boxes_session.drag_handle("tip", (20000.0, 400.0, 200.0))
+    redrawn(model)
     assert rows == [0]
     assert text(model, 0, Column.LENGTH) == "25200"
     assert text(model, 0, Column.SOURCE) == "dragged…"
@@ -114,9 +116,11 @@ def test_only_the_changed_row_is_redrawn(boxes_session: Session, model: BoxesMod
     boxes_session.activate("link2")
     rows = redrawn_rows(model)
     boxes_session.set_certainty("link0", "unsure")
+    redrawn(model)
     assert rows == [0]
     rows.clear()
     boxes_session.look(crosshair_um=(5.0, 5.0, 5.0))
+    redrawn(model)
     assert rows == []
 
 

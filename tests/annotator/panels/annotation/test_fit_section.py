@@ -11,6 +11,7 @@ from annotations.geometry.rotations import from_yaw_pitch_roll
 from annotator.panels.annotation.pose_panel import PosePanel
 from annotator.session import Session
 from annotator.session.editing import tool_body
+from tests.annotator.redrawn import redrawn
 
 LEFT = Qt.MouseButton.LeftButton
 TURN = from_yaw_pitch_roll(20.0, 10.0, 30.0)
@@ -35,13 +36,13 @@ def place(session: Session, pose: ToolPose, *names: str) -> None:
 
 
 def text(panel: PosePanel, name: str) -> str:
-    label = panel.findChild(QLabel, name)
+    label = redrawn(panel).findChild(QLabel, name)
     assert isinstance(label, QLabel)
     return label.text()
 
 
 def button(panel: PosePanel, name: str) -> QPushButton:
-    found = panel.findChild(QPushButton, name)
+    found = redrawn(panel).findChild(QPushButton, name)
     assert isinstance(found, QPushButton)
     return found
 
@@ -51,10 +52,12 @@ def test_the_fit_appears_with_the_first_link(session: Session, panel: PosePanel)
     assert isinstance(nothing, QLabel)
     assert nothing.isVisible()
     place(session, BENT, "k0", "k1")
+    redrawn(panel)
     assert not nothing.isVisible()
     assert "2 keypoints" in text(panel, "fit_rms")
     assert text(panel, "fit_theta1") == "open"
     session.undo_stack.undo()
+    redrawn(panel)
     assert nothing.isVisible()
 
 
@@ -85,6 +88,7 @@ def test_a_document_that_is_shown_is_fitted_once(
     monkeypatch.setattr(tool_body, "fit_document", fit)
     for step in range(3):
         session.begin_preview("k5", (100.0 * step, 0.0, 0.0), "dragged")
+        redrawn(panel)
     assert len(fitted) == 3
 
 
@@ -112,6 +116,7 @@ def test_nothing_is_offered_where_the_fit_is_alone(session: Session, panel: Pose
     place(session, CLOSED)
     other = button(panel, "fit_other_0")
     place(session, BENT)
+    redrawn(panel)
     assert not other.isVisible()
     remarks = panel.findChild(QLabel, "fit_remarks")
     assert isinstance(remarks, QLabel)
@@ -141,25 +146,32 @@ def test_unplaced_keypoints_are_filled_in_as_one_step(
     fill_in = button(panel, "fit_fill_in")
     assert not fill_in.isEnabled()
     place(session, BENT, "k0", "k1", "k2", "k3")
+    redrawn(panel)
     assert not fill_in.isEnabled()
     assert "does not tell where k4, k5" in fill_in.toolTip()
     place(session, BENT, "k5")
+    redrawn(panel)
     assert fill_in.isEnabled()
     assert "k4" in fill_in.toolTip()
     qtbot.mouseClick(fill_in, LEFT)
     filled = session.document.part("k4")  # type: ignore[union-attr]
     assert (filled.state, filled.source) == ("out_of_view", "fitted")
+    redrawn(panel)
     assert not fill_in.isEnabled()
     assert "5 keypoints" in text(panel, "fit_rms"), "what was filled in is no evidence"
     x_um, y_um, z_um = keypoints_um(BENT, session.tool)["k5"]  # type: ignore[arg-type]
     session.place((x_um, y_um, z_um + 300.0), "clicked", "k5")
+    redrawn(panel)
     assert fill_in.isEnabled()
     assert fill_in.text() == "Fill in again"
     assert "has changed since k4" in fill_in.toolTip()
     qtbot.mouseClick(fill_in, LEFT)
+    redrawn(panel)
     assert not fill_in.isEnabled()
     for _ in range(2):
         session.undo_stack.undo()
+    redrawn(panel)
     assert fill_in.text() == "Fill in from the fit"
     session.undo_stack.undo()
+    redrawn(panel)
     assert fill_in.isEnabled()

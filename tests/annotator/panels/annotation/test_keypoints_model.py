@@ -10,6 +10,7 @@ from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotator.looks import theme
 from annotator.panels.annotation.keypoints_model import COORDINATES, Column, KeypointsModel
 from annotator.session import Session
+from tests.annotator.redrawn import redrawn
 
 K0_UM: Vector = (159.0, 135.0, 94.0)
 ROLE = Qt.ItemDataRole
@@ -61,18 +62,22 @@ def test_the_swatch_has_the_links_color(session: Session, model: KeypointsModel)
 def test_only_the_changed_row_is_redrawn(qtbot: QtBot, session: Session, model: KeypointsModel) -> None:
     session.activate("k3")
     session.place((1.0, 2.0, 3.0), "clicked", "k0")
+    redrawn(model)
     rows: list[int] = []
     model.dataChanged.connect(lambda first, last: rows.extend(range(first.row(), last.row() + 1)))
     session.set_certainty("k0", "unsure")
+    redrawn(model)
     assert rows == [0]
     rows.clear()
     session.look(crosshair_um=(5.0, 5.0, 5.0))
+    redrawn(model)
     assert rows == []
     session.activate("k4")
     assert sorted(rows) == [3, 4]
     rows.clear()
     session.begin_preview("k4", (9.0, 9.0, 9.0), "dragged")
     session.begin_preview("k4", (9.0, 9.0, 10.0), "dragged")
+    redrawn(model)
     assert set(rows) == {4}
 
 
@@ -80,6 +85,7 @@ def test_of_a_keypoint_that_only_moves_no_more_than_its_numbers_are_redrawn(
     session: Session, model: KeypointsModel
 ) -> None:
     session.place((1.0, 2.0, 3.0), "clicked", "k0")
+    redrawn(model)
     cells: list[tuple[int, int]] = []
 
     def note(first: QModelIndex, last: QModelIndex) -> None:
@@ -88,6 +94,7 @@ def test_of_a_keypoint_that_only_moves_no_more_than_its_numbers_are_redrawn(
 
     model.dataChanged.connect(note)
     session.place((1.0, 2.0, 4.0), "clicked", "k0")
+    redrawn(model)
     assert cells == [(0, Column.X), (0, Column.Y), (0, Column.Z)]
 
 
@@ -106,12 +113,14 @@ def test_residuals_follow_a_drag_of_any_keypoint_and_are_colored_when_implausibl
     assert text(model, 0, Column.RESIDUAL) == "—"
     x, y, z = place_bent_tool(session)["k3"]
     assert [text(model, row, Column.RESIDUAL) for row in range(6)] == ["0"] * 6
-    redrawn: list[tuple[int, int]] = []
-    model.dataChanged.connect(lambda first, last: redrawn.append((first.row(), first.column())))
+    redrawn(model)
+    cells: list[tuple[int, int]] = []
+    model.dataChanged.connect(lambda first, last: cells.append((first.row(), first.column())))
     session.begin_preview("k3", (x, y, z + 2000.0), "dragged")
+    redrawn(model)
     assert session.tool_fit is not None
     assert text(model, 3, Column.RESIDUAL) == f"{session.tool_fit.residuals_um['k3']:.0f}"
-    assert {row for row, column in redrawn if column == Column.RESIDUAL} == set(range(6))
+    assert {row for row, column in cells if column == Column.RESIDUAL} == set(range(6))
     colors = theme.colors(QGuiApplication.palette())
     color = model.index(3, Column.RESIDUAL).data(ROLE.ForegroundRole)
     assert color == colors.error

@@ -18,6 +18,7 @@ from annotations.geometry.kinematics import ToolPose, link_boxes
 from annotator.looks import theme
 from annotator.panels.annotation.pose_panel import PosePanel
 from annotator.session import Session
+from tests.annotator.redrawn import redrawn
 
 STRAIGHT: dict[str, Vector] = {
     "k0": (0.0, 0.0, 0.0),
@@ -37,7 +38,7 @@ def panel(qtbot: QtBot, session: Session) -> PosePanel:
 
 
 def text(panel: PosePanel, name: str) -> str:
-    label = panel.findChild(QLabel, f"pose_{name}")
+    label = redrawn(panel).findChild(QLabel, f"pose_{name}")
     assert isinstance(label, QLabel)
     return label.text()
 
@@ -99,13 +100,16 @@ def test_links_stand_beside_their_nominal_lengths(session: Session, panel: PoseP
     assert isinstance(table, QTableWidget)
     session.place((0.0, 0.0, 0.0), "clicked", "k0")
     session.place((12100.0, 0.0, 0.0), "clicked", "k1")
+    redrawn(panel)
     row = [table.item(0, column).text() for column in range(4)]
     assert row == ["link0  k0–k1", "12.100", "11.000", "+10.0 %"]
     assert [table.item(1, column).text() for column in (1, 3)] == ["—", "—"]
     assert table.item(1, 1).toolTip() == "Needs k2 and k3"
     session.begin_preview("k1", (9900.0, 0.0, 0.0), "dragged")
+    redrawn(panel)
     assert table.item(0, 3).text() == "−10.0 %"
     session.begin_preview("k1", (10999.9999, 0.0, 0.0), "dragged")
+    redrawn(panel)
     assert table.item(0, 3).text() == "0.0 %"
 
 
@@ -114,13 +118,16 @@ def test_a_length_that_nothing_explains_is_colored(session: Session, panel: Pose
     assert isinstance(table, QTableWidget)
     session.place((0.0, 0.0, 0.0), "clicked", "k0")
     session.place((11100.0, 0.0, 0.0), "clicked", "k1")
+    redrawn(panel)
     colors = theme.colors(panel.palette())
     assert table.item(0, 3).foreground() == table.palette().text()
     for length_um, color in ((12200.0, colors.warning), (13500.0, colors.error)):
         session.begin_preview("k1", (length_um, 0.0, 0.0), "dragged")
+        redrawn(panel)
         assert table.item(0, 3).foreground().color() == color
         assert "look at both ends" in table.item(0, 3).toolTip()
     session.drop_preview()
+    redrawn(panel)
     assert table.item(0, 3).foreground() == table.palette().text()
 
 
@@ -146,6 +153,7 @@ def test_boxes_show_signed_angles_beside_the_published_ones(qtbot: QtBot, boxes_
     assert "not across the bend" in doubt.text()
     assert doubt.palette().color(doubt.foregroundRole()) == theme.colors(panel.palette()).warning
     boxes_session.undo_stack.undo()
+    redrawn(panel)
     assert not doubt.isVisibleTo(panel)
     panel.copy_to_clipboard()
     assert "theta1_signed_deg\t35.2\n" in QApplication.clipboard().text()
@@ -155,7 +163,7 @@ def test_all_distances_are_folded_away_until_asked_for(
     qtbot: QtBot, session: Session, panel: PosePanel
 ) -> None:
     place_all(session)
-    table = panel.findChild(QTableWidget, "distance_matrix")
+    table = redrawn(panel).findChild(QTableWidget, "distance_matrix")
     fold = panel.findChild(QToolButton, "distances_unfold")
     assert isinstance(table, QTableWidget)
     assert isinstance(fold, QToolButton)

@@ -1,0 +1,16 @@
+"""What is drawn only after the scene, drawn now: tests that are about what it says need not wait for it."""
+
+from typing import TypeVar
+
+from PySide6.QtCore import QObject
+
+from annotator.looks.redrawing import Redrawing
+
+Shown = TypeVar("Shown", bound=QObject)
+
+
+def redrawn(shown: Shown) -> Shown:
+    """Return a panel or a model with everything drawn that it owes."""
+    for redrawing in shown.findChildren(Redrawing):
+        redrawing.draw_now()
+    return shown
