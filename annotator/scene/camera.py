@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import get_args
 
 import numpy as np
@@ -45,7 +46,7 @@ class Camera:
     scope_um: float
     parallel: bool = True
 
-    @property
+    @cached_property
     def right(self) -> Vector:
         """Unit vector to the right in the picture."""
         return vector(np.cross(self.forward, self.up))

@@ -14,11 +14,11 @@ from annotator.looks.colormaps import COLORMAPS
 from annotator.session.viewing.opacity import FAINT, OPAQUE
 from annotator.session.viewing.view import Rendering
 
-MOVING_RAY_PX = 3.0
+MOVING_RAY_PX = 4.0
 """Distance of rays on the screen while something moves, without a GPU; at rest there is one a pixel."""
 
 _FARTHEST_RAY_PX = 8.0
-_MOVING_FRAME_S = 0.06
+_MOVING_FRAME_S = 0.05
 
 _COLORS = 32  # of a colour map of 256: straight lines between them cannot be told from it
 

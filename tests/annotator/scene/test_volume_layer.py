@@ -51,7 +51,7 @@ def test_signed_integers_keep_their_differences() -> None:
 def test_slow_frames_get_fewer_rays_and_fast_ones_get_them_back() -> None:
     slow = next_moving_ray_px(MOVING_RAY_PX, 0.3)
     assert slow > MOVING_RAY_PX
-    assert next_moving_ray_px(slow, 0.06) == slow
+    assert next_moving_ray_px(slow, 0.05) == slow
     assert next_moving_ray_px(slow, 0.01) == MOVING_RAY_PX
     assert next_moving_ray_px(slow, 100.0) <= 8
     assert next_moving_ray_px(MOVING_RAY_PX, 0.001) == MOVING_RAY_PX
