@@ -38,6 +38,9 @@ class Segments:
     def __init__(self, width_px: float) -> None:
         self._width_px = width_px
         self._shown: tuple[tuple[Segment, ...], float] | None = None
+        self._count = 0
+        self._ends_um = np.empty((0, 2, 3))
+        self._colors = np.empty((0, 3), dtype=np.uint8)
         self._lines = vtk.vtkPolyData()
         mapper = vtk.vtkPolyDataMapper()
         mapper.SetInputData(self._lines)
@@ -56,18 +59,27 @@ class Segments:
         if not wanted[0]:
             return
         self.actor.GetProperty().SetLineWidth(self._width_px * ratio)
-        ends = np.array([(segment.first_um, segment.second_um) for segment in wanted[0]], dtype=np.float64)
+        if len(wanted[0]) != self._count:
+            self._make_room(len(wanted[0]))
+        self._ends_um[:] = [(segment.first_um, segment.second_um) for segment in wanted[0]]
+        self._colors[:] = [segment.color for segment in wanted[0]]
+        self._lines.GetPoints().GetData().Modified()
+        self._lines.GetCellData().GetScalars().Modified()
+        self._lines.Modified()
+
+    def _make_room(self, count: int) -> None:
+        """Make lines whose ends and colours VTK reads where numpy writes them: in a drag only they change."""
+        self._count = count
+        self._ends_um = np.zeros((count, 2, 3))
+        self._colors = np.zeros((count, 3), dtype=np.uint8)
         points = vtk.vtkPoints()
-        points.SetData(numpy_to_vtk(ends.reshape(-1, 3), deep=True))
+        points.SetData(numpy_to_vtk(self._ends_um.reshape(-1, 3)))
         cells = vtk.vtkCellArray()
-        offsets = np.arange(0, 2 * len(ends) + 1, 2, dtype=np.int64)
-        ids = np.arange(2 * len(ends), dtype=np.int64)
+        offsets, ids = np.arange(0, 2 * count + 1, 2, dtype=np.int64), np.arange(2 * count, dtype=np.int64)
         cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(ids, deep=True))
         self._lines.SetPoints(points)
         self._lines.SetLines(cells)
-        colors = np.array([segment.color for segment in wanted[0]], dtype=np.uint8)
-        self._lines.GetCellData().SetScalars(numpy_to_vtk(colors, deep=True))
-        self._lines.Modified()
+        self._lines.GetCellData().SetScalars(numpy_to_vtk(self._colors))
 
 
 def box_edges(low_um: ArrayLike, high_um: ArrayLike, color: Rgb) -> Sequence[Segment]:

@@ -65,6 +65,7 @@ class _Surfaces:
     """All surfaces as one actor, in the order in which they are to be drawn."""
 
     def __init__(self) -> None:
+        self._count = 0
         self._triangles = vtk.vtkPolyData()
         mapper = vtk.vtkPolyDataMapper()
         mapper.SetInputData(self._triangles)
@@ -87,16 +88,20 @@ class _Surfaces:
         )[order]
         points = vtk.vtkPoints()
         points.SetData(numpy_to_vtk(corners.reshape(-1, 3), deep=True))
-        cells = vtk.vtkCellArray()
-        offsets, ids = (
-            np.arange(0, 3 * len(corners) + 1, 3, dtype=np.int64),
-            np.arange(3 * len(corners), dtype=np.int64),
-        )
-        cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(ids, deep=True))
         self._triangles.SetPoints(points)
-        self._triangles.SetPolys(cells)
+        if len(corners) != self._count:
+            self._count = len(corners)
+            self._triangles.SetPolys(_separate(self._count))
         self._triangles.GetPointData().SetScalars(numpy_to_vtk(colors.reshape(-1, 4), deep=True))
         self._triangles.Modified()
+
+
+def _separate(count: int) -> vtk.vtkCellArray:
+    """Return triangles that share no corners."""
+    offsets, ids = np.arange(0, 3 * count + 1, 3, dtype=np.int64), np.arange(3 * count, dtype=np.int64)
+    cells = vtk.vtkCellArray()
+    cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(ids, deep=True))
+    return cells
 
 
 def _colors(solid: Solid, facing: NDArray[np.float64]) -> NDArray[np.uint8]:

@@ -56,9 +56,8 @@ def measure_handling(driven: DrivenWindow, times: int) -> Figures:
         for step in range(1, count + 1):
             taken.append(driven.frame_ms(lambda step=step: change(step)))  # type: ignore[misc]
             if rests:
-                # As after each of the peer's: nothing is left over for the next one.
-                driven.application.processEvents()
-                driven.application.processEvents()
+                # As after each of the peer's: nothing of it is left over for the next one.
+                driven.settle()
         figures[f"{name}_ms"] = statistics.median(ms for ms, _ in taken)
         figures[f"{name}_cpu_ms"] = statistics.median(cpu_ms for _, cpu_ms in taken)
         driven.settle()
