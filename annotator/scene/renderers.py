@@ -59,8 +59,6 @@ class Renderers:
         # as long without a GPU.
         self._kept = vtk.vtkOpenGLFramebufferObject()
         self._kept_key: Hashable = None
-        self._shows_kept = False
-        self._volume.AddObserver("EndEvent", self._on_volume_drawn)
         self._brings_frames = window.IsA("vtkXOpenGLRenderWindow")
         self.volume_draws = 0
 
@@ -115,15 +113,21 @@ class Renderers:
             self.volume_draws += 1
             self._aim(camera)
             self._volume.SetBackground(*ground)
-        self._overlays.SetDraw(overlays and not (fresh and final))
-        self._show(behind, as_kept=not fresh)
-        if fresh and final:
-            # Brought to the screen only when the overlays are there too: nothing flickers.
-            self._render()
-            self._keep()
-            self._kept_key = key
+            for actor in self._volume.GetViewProps():
+                actor.SetVisibility(actor in behind)
+            self._volume.DrawOn()
+            self._overlays.SetDraw(overlays and not final)
+            if final:
+                # Brought to the screen only when the overlays are there too: nothing flickers.
+                self._render()
+                self._keep()
+                self._kept_key = key
+        if self._kept_key is not None:
+            # In place of the volume's renderer, which would clear what is copied over anyway.
+            self._volume.DrawOff()
             self._overlays.SetDraw(overlays)
-            self._show(behind, as_kept=True)
+            self._window.MakeCurrent()
+            self._copy(self._kept, self._window.GetRenderFramebuffer())
         if self._brings_frames:
             self._render()
             self._bring_to_screen()
@@ -137,11 +141,6 @@ class Renderers:
         self._camera.SetParallelProjection(camera.parallel)
         self._camera.SetParallelScale(camera.height_um / 2)
         self._camera.SetClippingRange(camera.clipping_um)
-
-    def _show(self, behind: Sequence[vtk.vtkProp], *, as_kept: bool) -> None:
-        self._shows_kept = as_kept
-        for actor in self._volume.GetViewProps():
-            actor.SetVisibility(not as_kept and actor in behind)
 
     def _render(self) -> None:
         """Draw into memory alone."""
@@ -172,11 +171,6 @@ class Renderers:
             # Colours alone, in a texture that nobody samples.
             self._kept.PopulateFramebuffer(width, height, True, 1, vtk.VTK_UNSIGNED_CHAR, False, 0, 0)
         self._copy(self._window.GetRenderFramebuffer(), self._kept)
-
-    def _on_volume_drawn(self, _renderer: object, _event: str) -> None:
-        """Lay the kept picture over the ground that alone was drawn."""
-        if self._shows_kept:
-            self._copy(self._kept, self._window.GetRenderFramebuffer())
 
     def _copy(self, source: vtk.vtkOpenGLFramebufferObject, target: vtk.vtkOpenGLFramebufferObject) -> None:
         state = self._window.GetState()
