@@ -13,31 +13,36 @@ class Redrawing(QObject):
 
     It cannot starve. Qt sends posted events in turns, each of which ends; and after each turn it looks at its
     timers, however many events have come meanwhile.
+
+    Attributes
+    ----------
+    is_owed : bool
+        Whether something was asked for that is not drawn yet.
     """
 
     def __init__(self, draw: Callable[[], None], parent: QObject) -> None:
         super().__init__(parent)
         self._draw = draw
-        self._is_owed = False
+        self.is_owed = False
         # Painting and the event that follows it are one turn of the event loop. The drawing is in the next.
         self._next_turn = QTimer(self, singleShot=True)
         self._next_turn.timeout.connect(self.draw_now)
 
     def ask(self) -> None:
         """Draw soon; what is asked for until then is one drawing."""
-        if not self._is_owed:
-            self._is_owed = True
+        if not self.is_owed:
+            self.is_owed = True
             QCoreApplication.postEvent(self, QEvent(QEvent.Type.User), _AFTER_PAINTING)
 
     def draw_now(self) -> None:
         """Draw at once if a drawing is owed: for whoever hands on what would be drawn."""
-        if self._is_owed:
-            self._is_owed = False
+        if self.is_owed:
+            self.is_owed = False
             self._draw()
 
     def drop(self) -> None:
         """Forget what was asked for: everything has just been drawn."""
-        self._is_owed = False
+        self.is_owed = False
 
     def event(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.User:

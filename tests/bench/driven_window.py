@@ -7,6 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import QEvent, QEventLoop, QObject, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
+from annotator.looks.redrawing import Redrawing
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.session.viewing.view import Pane
@@ -112,11 +113,13 @@ class DrivenWindow:
         self.settle()
 
     def settle(self) -> None:
-        """Wait until no job runs, the slices that are seen are sharp, and the scene is drawn at its best."""
+        """Wait until no job runs, seen slices are sharp, and all is drawn, the scene at its best."""
         views, scene = self.window.slices, self.window.scene
+        redrawings = self.window.findChildren(Redrawing)
         self.wait(
             lambda: (
                 not self.session.jobs.running
+                and not any(redrawing.is_owed for redrawing in redrawings)
                 and all(view.is_sharp for view in views if view.isVisible())
                 and (scene.is_at_rest or not scene.isVisible())
             )
@@ -151,6 +154,17 @@ class DrivenWindow:
             self.application.processEvents()
         self.frames.wait_for_gl()
         return 1000 * (time.perf_counter() - begun_s), 1000 * (time.process_time() - begun_cpu_s)
+
+    def panels_ms(self, change: Callable[[], object]) -> float:
+        """Return how long it takes from a call until the panels, drawn after the scene, are painted too."""
+        begun_s = time.perf_counter()
+        change()
+        redrawings = self.window.findChildren(Redrawing)
+        while any(redrawing.is_owed for redrawing in redrawings):
+            self.application.processEvents()
+        # What has just been drawn anew is painted.
+        self.application.processEvents()
+        return 1000 * (time.perf_counter() - begun_s)
 
     def close(self) -> None:
         """Close the window and end the session."""

@@ -62,6 +62,9 @@ def measure_handling(driven: DrivenWindow, times: int) -> Figures:
         figures[f"{name}_cpu_ms"] = statistics.median(cpu_ms for _, cpu_ms in taken)
         driven.settle()
 
+    def type_k0(step: int) -> None:
+        session.type_position("k0", moved_um(positions_um["k0"], step))
+
     drawn = driven.window.scene.volume_draws
     # With the fit, its ghost, residuals and pose: everything that moves with a keypoint.
     median(
@@ -70,12 +73,12 @@ def measure_handling(driven: DrivenWindow, times: int) -> Figures:
     )
     session.drop_preview()
     driven.settle()
-    median(
-        "edit_to_frame",
-        lambda step: session.type_position("k0", moved_um(positions_um["k0"], step)),
-        rests=True,
-    )
+    median("edit_to_frame", type_k0, rests=True)
     median("undo_to_frame", lambda _: session.undo(), min(times, session.undo_stack.count()), rests=True)
+    figures["edit_to_panels_ms"] = statistics.median(
+        _panels_ms(driven, lambda step=step: type_k0(step))  # type: ignore[misc]
+        for step in range(times, 0, -1)
+    )
     figures["edits_that_cast_the_volume"] = float(driven.window.scene.volume_draws - drawn)
     session.undo_stack.setIndex(session.undo_stack.count())
     driven.settle()
@@ -112,6 +115,12 @@ def measure_edits_in_slices(driven: DrivenWindow, times: int) -> Figures:
         taken_ms.append(1000 * (time.perf_counter() - begun_s))
     driven.settle()
     return {"edit_to_slices_ms": statistics.median(taken_ms)}
+
+
+def _panels_ms(driven: DrivenWindow, change: Callable[[], object]) -> float:
+    taken_ms = driven.panels_ms(change)
+    driven.settle()
+    return taken_ms
 
 
 def _fitting(driven: DrivenWindow, times: int) -> Figures:

@@ -1,13 +1,18 @@
 """Bodies as they are seen: smooth where they are round, outlined where they end."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from annotations.geometry.boxes import Box
+from annotations.geometry.meshes import Mesh
+from annotations.geometry.rotations import about_axis
+from annotator.scene import facets as facets_module
 from annotator.scene.camera import preset, turned
-from annotator.scene.facets import facets
+from annotator.scene.facets import _smooth, facets
 from annotator.session.editing.solids import Solid
 
 BOX = Box((8000.0, 12_000.0, 5000.0), (9000.0, 4000.0, 4000.0), (1.0, 0.0, 0.0, 0.0))
@@ -34,6 +39,24 @@ def test_each_edge_has_its_two_triangles(solid: Solid) -> None:
         for triangle in beside:
             corners = {tuple(corner) for corner in body.corners_um[triangle]}
             assert {tuple(end) for end in edge_um} <= corners
+
+
+def test_a_body_that_moves_keeps_its_shape(monkeypatch: pytest.MonkeyPatch) -> None:
+    shapes: list[Mesh] = []
+
+    def smooth(mesh: Mesh, normals: np.ndarray) -> np.ndarray:
+        shapes.append(mesh)
+        return _smooth(mesh, normals)
+
+    monkeypatch.setattr(facets_module, "_smooth", smooth)
+    for step in range(5):
+        box = Box((100.0 * step, 0.0, 0.0), (9000.0, 4000.0, 3777.0), about_axis((1, 2, 3), 10.0 * step))
+        solid = replace(ROUND, box=box)
+        body = facets(solid)
+        assert body.corners_um == pytest.approx(solid.mesh.vertices_um[solid.mesh.triangles])
+        first, second = body.corners_um[:, 1] - body.corners_um[:, 0], body.normals
+        assert np.einsum("ij,ij->i", first, second) == pytest.approx(0, abs=1e-6)
+    assert len(shapes) == 1
 
 
 @given(st.floats(-1, 1), st.floats(-0.4, 0.4))

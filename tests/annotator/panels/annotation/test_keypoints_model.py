@@ -98,6 +98,21 @@ def test_of_a_keypoint_that_only_moves_no_more_than_its_numbers_are_redrawn(
     assert cells == [(0, Column.X), (0, Column.Y), (0, Column.Z)]
 
 
+def test_many_edits_in_one_turn_are_announced_once_and_what_is_read_is_the_last_one(
+    qtbot: QtBot, session: Session, model: KeypointsModel
+) -> None:
+    session.place((1.0, 2.0, 3.0), "clicked", "k0")
+    redrawn(model)
+    cells: list[tuple[int, int]] = []
+    model.dataChanged.connect(lambda first, last: cells.append((first.row(), first.column())))
+    for step in range(1, 11):
+        session.place((1.0, 2.0, 3.0 + step), "clicked", "k0")
+    assert cells == []
+    assert text(model, 0, Column.Z) == "13"
+    qtbot.waitUntil(lambda: bool(cells))
+    assert cells == [(0, Column.X), (0, Column.Y), (0, Column.Z)]
+
+
 def place_bent_tool(session: Session) -> dict[str, Vector]:
     assert session.tool is not None
     pose = ToolPose((3000.0, 4000.0, 2000.0), (1.0, 0.0, 0.0, 0.0), {"theta1": 40.0, "theta2": 25.0})

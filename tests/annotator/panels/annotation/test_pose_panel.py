@@ -13,10 +13,14 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
+from annotations.documents.annotation import Annotation
 from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, link_boxes
+from annotations.geometry.tool import ToolSpecification
 from annotator.looks import theme
+from annotator.panels.annotation import pose_panel
 from annotator.panels.annotation.pose_panel import PosePanel
+from annotator.panels.annotation.pose_readout import PoseReadout, pose_readout
 from annotator.session import Session
 from tests.annotator.redrawn import redrawn
 
@@ -214,3 +218,46 @@ def test_a_needle_has_fewer_rows(qtbot: QtBot, session: Session, panel: PosePane
     assert isinstance(table, QTableWidget)
     assert (table.rowCount(), table.columnCount()) == (1, 1)
     qtbot.waitUntil(lambda: not session.jobs.running)
+
+
+def counted_readouts(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """Return a list that grows by a document with each drawing from now on."""
+    drawn: list[object] = []
+
+    def readout(document: Annotation, tool: ToolSpecification) -> PoseReadout:
+        drawn.append(document)
+        return pose_readout(document, tool)
+
+    monkeypatch.setattr(pose_panel, "pose_readout", readout)
+    return drawn
+
+
+def test_many_edits_in_one_turn_are_drawn_once_and_as_the_last_one_left_them(
+    qtbot: QtBot, session: Session, panel: PosePanel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place_all(session)
+    redrawn(panel)
+    drawn = counted_readouts(monkeypatch)
+    for step in range(1, 11):
+        session.type_position("k1", (100.0 + step, 0.0, 0.0))
+    assert drawn == []
+    qtbot.waitUntil(lambda: bool(drawn))
+    QApplication.processEvents()
+    assert drawn == [session.document]
+    label = panel.findChild(QLabel, "pose_position_um")
+    assert isinstance(label, QLabel)
+    assert label.text().startswith("55.0  0.0  0.0")
+
+
+def test_it_is_drawn_in_a_drag_without_end(
+    session: Session, panel: PosePanel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place_all(session)
+    redrawn(panel)
+    drawn = counted_readouts(monkeypatch)
+    for step in range(20):
+        # The next moves are there at every turn of the event loop.
+        session.begin_preview("k3", (110.0, 200.0 + 2 * step, 0.0), "dragged")
+        session.begin_preview("k3", (110.0, 201.0 + 2 * step, 0.0), "dragged")
+        QApplication.processEvents()
+    assert 5 < len(drawn) <= 20
