@@ -1,8 +1,6 @@
 """What the geometry says of the open document, live: pose, fit, likely mistakes, lengths and distances."""
 
-from functools import partial
-
-from PySide6.QtCore import QTimer, Slot
+from PySide6.QtCore import Slot
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
@@ -81,6 +79,8 @@ class PosePanel(QWidget):
         layout.addWidget(self._scroll)
 
         self._redrawing = Redrawing(self._draw, self)
+        self._wanted: QWidget = self._controls
+        self._bringing = Redrawing(self._bring_in_sight, self)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -109,21 +109,27 @@ class PosePanel(QWidget):
         elif (before.mode, before.pose) != (after.mode, after.pose):
             self._controls.draw()
         if before.mode != "pose" and after.mode == "pose":
-            QTimer.singleShot(0, self, partial(self._bring_in_sight, self._controls))
+            self._bring_in_sight_soon(self._controls)
         if before.refinement is not after.refinement:
             self._refinement.draw()
             if after.refinement is not None:
                 # A proposal waits for an answer.
-                QTimer.singleShot(0, self, partial(self._bring_in_sight, self._refinement))
+                self._bring_in_sight_soon(self._refinement)
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
         self._draw()
         self._draw_inputs()
 
-    def _bring_in_sight(self, content: QWidget) -> None:
-        """Scroll to a section, and to its title rather than its end; not before it has been laid out."""
-        section = next(section for section in self._sections if section.isAncestorOf(content))
+    def _bring_in_sight_soon(self, content: QWidget) -> None:
+        """Scroll to a section once it, and what stands above it, has been drawn and laid out."""
+        self._redrawing.draw_now()
+        self._wanted = content
+        self._bringing.ask()
+
+    def _bring_in_sight(self) -> None:
+        """Scroll to a section, and to its title rather than its end."""
+        section = next(section for section in self._sections if section.isAncestorOf(self._wanted))
         self._scroll.ensureWidgetVisible(section, 0, 0)
         bar = self._scroll.verticalScrollBar()
         bar.setValue(min(bar.value(), section.y()))
