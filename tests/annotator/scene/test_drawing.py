@@ -1,5 +1,6 @@
 """What is on the picture: never a stale volume, never more work than an edit needs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -256,7 +257,7 @@ def test_spheres_keep_their_size_and_stand_where_the_keypoint_is(scene, zoom: fl
     scene.session.activate(None)
     camera = scene.view.camera
     scene.view.zoom_to_keypoint("k2")
-    scene.view._set_camera(type(camera)(**(vars(scene.view.camera) | {"height_um": camera.height_um * zoom})))
+    scene.view._set_camera(replace(scene.view.camera, height_um=camera.height_um * zoom))
     pixels = scene.pixels()
     # The colour of link 1 is orange; the ground has hardly any red.
     rows, columns = np.nonzero(pixels[..., 0] > pixels[..., 2] + 60)

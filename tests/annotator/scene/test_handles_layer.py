@@ -1,5 +1,6 @@
 """Handles tell what they do by their form, and the one that would be held by its colours."""
 
+from dataclasses import replace
 from itertools import combinations
 from typing import get_args
 
@@ -78,7 +79,7 @@ def test_a_handle_keeps_its_size_at_every_zoom(boxed) -> None:
     sizes = []
     for zoom in (1.0, 0.4):
         camera = boxed.view.camera
-        boxed.view._set_camera(type(camera)(**(vars(camera) | {"height_um": camera.height_um * zoom})))
+        boxed.view._set_camera(replace(camera, height_um=camera.height_um * zoom))
         with_handles = boxed.pixels()
         at = boxed.place_of(boxed.handle("center").position_um)
         session.set_mode("navigate")
