@@ -5,7 +5,7 @@ from functools import partial
 
 import vtk
 from mayavi.core.api import Engine
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Slot
 from PySide6.QtGui import QGuiApplication, QImage, QPainter, QPlatformSurfaceEvent
 from PySide6.QtWidgets import QWidget
 from tvtk.api import tvtk
@@ -38,6 +38,8 @@ for _name in [
 class Canvas(QObject):
     """Mayavi's scene without its tool bars, its mouse and its keys.
 
+    After another size the next frame is drawn in the next turn of the event loop, and once.
+
     Attributes
     ----------
     scene : tvtk.pyface.api.Scene
@@ -53,6 +55,10 @@ class Canvas(QObject):
         super().__init__(parent)
         self._draw = draw
         self._open = True
+        self._is_resized = False
+        self._turn_end = QTimer(self, singleShot=True)
+        # Queued: a timer without delay ends a turn, and what it queues begins the next one.
+        self._turn_end.timeout.connect(self._on_turn_end_timeout, Qt.ConnectionType.QueuedConnection)
         self.scene = Scene(parent)
         self._engine = Engine()
         self._engine.start()
@@ -79,7 +85,13 @@ class Canvas(QObject):
         if watched is self.widget and event.type() == QEvent.Type.Resize:
             # The next frame is drawn in the new size. Mayavi's handler would write beyond the picture's end
             # where there is no screen: it sets the size past the method that makes room in memory.
-            self.widget.update()
+            if self._painted:
+                self.widget.update()
+            else:
+                # Not in this turn of the event loop: what is around the scene gets another size in it, too,
+                # and the system then asks for the same frame again.
+                self._is_resized = True
+                self._turn_end.start()
             return True
         if not self._open:
             # VTK's side of the widget is gone.
@@ -95,7 +107,8 @@ class Canvas(QObject):
         elif event.type() == QEvent.Type.WinIdChange:
             self._follow_window()
         elif event.type() == QEvent.Type.Paint:
-            self._draw()
+            if not self._is_resized:
+                self._draw()
             if self._painted:
                 with QPainter(self.widget) as painter:
                     painter.drawImage(self.widget.rect(), self.picture())
@@ -127,6 +140,12 @@ class Canvas(QObject):
         """Let go of everything that VTK, Mayavi and OpenGL hold; nothing is drawn from now on."""
         self._open = False
         _let_go(self.scene, self._engine)
+
+    @Slot()
+    def _on_turn_end_timeout(self) -> None:
+        self._is_resized = False
+        if self._open:
+            self.widget.update()
 
     def _follow_window(self) -> None:
         """Draw into the native window that Qt has made in place of the former one."""

@@ -129,6 +129,7 @@ class SceneView(QWidget):
         self._layout.activate()
         if self._camera is not None and self._camera == self._fitted:
             self.zoom_to_fit()
+        self._at_rest = False
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

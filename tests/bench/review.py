@@ -2,9 +2,9 @@
 
 Writes a study of tiny volumes, two annotators and the predictions of two checkpoints into a temporary folder,
 then opens it in the real application and uses the panel of predictions as a person would. What counts is how
-long the window cannot answer: of each step the longest stretch between two turns of its event loop. Reading
-the files goes on beside it, and is given apart. Prints a table on standard error and one JSON object on
-standard output; judges nothing.
+long the window cannot answer: of each step, until all panes are drawn at their best, the longest stretch
+between two turns of its event loop. Reading the files goes on beside it, and is given apart. Prints a table
+on standard error and one JSON object on standard output; judges nothing.
 """
 
 import argparse
@@ -26,6 +26,8 @@ SHAPE = (16, 16, 16)
 ERROR_UM, FLOOR_UM = 300.0, 60.0
 TIMES = 30
 PATIENCE_S = 120.0
+# In so many turns of the event loop without anything more to come what was asked for last is painted.
+_LAST_TURNS = 3
 
 Stretch = tuple[float, float]
 """How long something took, in ms: by the clock, and of the processor by this thread alone."""
@@ -123,15 +125,25 @@ class Bench(DrivenWindow):
         self.figures: dict[str, float] = {}
 
     def step_ms(self, work: Callable[[], object], ready: Callable[[], bool] = lambda: True) -> Stretch:
-        """Return the longest stretch in which the window could not answer, until something holds."""
+        """Return the longest stretch in which the window could not answer, until something holds.
+
+        Nothing is left to be drawn by then: what is put off to a later turn of the event loop counts, too.
+        """
         stretches = [self._stretch(work)]
         ends = time.perf_counter() + PATIENCE_S
-        while not ready() or self.session.jobs.running:
+        turns = 0
+        while turns < _LAST_TURNS:
             if time.perf_counter() > ends:
                 raise TimeoutError("the window did not become ready")
             stretches.append(self._stretch(self.application.processEvents))
-        stretches.append(self._stretch(self.application.processEvents))
+            turns = turns + 1 if ready() and not self.session.jobs.running and self._is_drawn else 0
         return max(by_clock for by_clock, _ in stretches), max(of_thread for _, of_thread in stretches)
+
+    @property
+    def _is_drawn(self) -> bool:
+        """Whether all panes are drawn as they are to stay, the scene in the size that it has."""
+        scene = self.window.scene
+        return scene.is_at_rest and all(view.is_sharp for view in self.window.slices)
 
     def note(self, name: str, steps: Sequence[Stretch]) -> None:
         """Note the median and the longest of several steps."""

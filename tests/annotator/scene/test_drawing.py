@@ -240,6 +240,24 @@ def test_any_number_of_moves_is_one_frame(scene) -> None:
     assert scene.view.volume_draws - draws <= 3
 
 
+def test_on_a_screen_another_size_is_drawn_once_and_after_what_is_around_the_scene(scene) -> None:
+    canvas = scene.view._stage.canvas
+    # As on a screen, where the frame does not pass through Qt.
+    canvas._painted = False
+    scene.view.resize(300, 260)
+    draws = scene.view.volume_draws
+    assert not scene.view.is_at_rest
+    # The system asks for what it has uncovered.
+    scene.canvas.update()
+    QApplication.processEvents()
+    assert scene.view.volume_draws == draws
+    scene.qtbot.waitUntil(lambda: scene.view.volume_draws > draws)
+    assert canvas.window.GetSize() == (300, 260)
+    scene.settle()
+    assert scene.view.volume_draws == draws + 2
+    assert np.array_equal(fresh(scene), scene.pixels())
+
+
 def test_with_overlays_hidden_only_the_volume_is_seen(scene) -> None:
     scene.session.look(overlays_hidden=True)
     bare = scene.pixels()

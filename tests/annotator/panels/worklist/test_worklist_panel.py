@@ -5,8 +5,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QProgressBar, QPushButton, QTreeView
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QPaintEvent, QRegion
+from PySide6.QtWidgets import (
+    QApplication,
+    QComboBox,
+    QLabel,
+    QLineEdit,
+    QProgressBar,
+    QPushButton,
+    QTreeView,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from annotations.documents.annotation import stamped
@@ -154,6 +164,35 @@ def test_only_changed_rows_are_redrawn(qtbot: QtBot, three: Session, items: QTre
         three.place((1.0, 2.0, 3.0))
     three.set_status("done")
     assert set(drawn) == {0}
+
+
+def test_a_list_of_another_height_paints_no_row_that_stays(qtbot: QtBot, three: Session) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    window.resize(400, 600)
+    panel = WorklistPanel(three, window)
+    panel.resize(280, 400)
+    with qtbot.waitExposed(window):
+        window.show()
+    viewport, painted = listed(panel).viewport(), QRegion()
+
+    class Paintings(QObject):
+        def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+            nonlocal painted
+            if isinstance(event, QPaintEvent):
+                painted += event.region()
+            return False
+
+    QApplication.processEvents()
+    paintings = Paintings(window)
+    viewport.installEventFilter(paintings)
+    before = viewport.rect()
+    panel.resize(panel.width(), panel.height() + 60)
+    qtbot.waitUntil(lambda: not painted.isEmpty())
+    assert painted == QRegion(viewport.rect()) - QRegion(before)
+    # Another width moves what stands at the right, and shortens names.
+    panel.resize(panel.width() - 40, panel.height())
+    qtbot.waitUntil(lambda: painted.boundingRect().contains(viewport.rect()))
 
 
 def test_the_marks_of_the_three_states_differ(three: Session, items: QTreeView) -> None:
