@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from annotations.agreement.report.contents import Contents, Formula, Item, Note, Paragraph, Photo, Plot, Table
 from annotations.agreement.report.marks import WIDTH_IN
 from annotations.agreement.report.palette import FAINT, INK
+from annotations.agreement.report.pictures import take_apart
 from annotations.agreement.report.typesetting import broken, column_widths_in, line_height_in
 from annotations.errors import Cancelled
 
@@ -179,6 +180,7 @@ class _Pages:
         self.put(broken(self._title, _SMALL, 0.8 * WIDTH_IN)[0], 0.0, _SMALL, color=FAINT)
         self.put(str(self._number), WIDTH_IN, _SMALL, align="right", color=FAINT)
         self._pdf.savefig(self._page)  # type: ignore[no-untyped-call]
+        take_apart(self._page)
 
     def _begin(self) -> None:
         from matplotlib.figure import Figure
