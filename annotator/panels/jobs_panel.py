@@ -1,10 +1,11 @@
 """Long work under way, in the status bar: what it is, how far it is, and how to stop it."""
 
 from PySide6.QtCore import Qt, Slot
-from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QSizePolicy, QStyle, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStyle, QToolButton, QWidget
 
 from annotator.looks.labels import ElidedText
 from annotator.looks.naming import named
+from annotator.looks.progress import ProgressBar
 from annotator.session import Session
 from annotator.session.jobs import Job
 
@@ -21,7 +22,7 @@ class JobsPanel(QWidget):
         self.setAccessibleName("Work in the background")
         self._title = ElidedText(name="jobs_title", mode=Qt.TextElideMode.ElideRight)
         self._title.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
-        self._bar = named(QProgressBar(), "jobs_progress")
+        self._bar = named(ProgressBar(), "jobs_progress")
         self._bar.setAccessibleName("Progress")
         self._bar.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._bar.setFixedWidth(self.fontMetrics().averageCharWidth() * 18)
@@ -61,9 +62,7 @@ class JobsPanel(QWidget):
         stopping = job.is_cancelled()
         self._title.setText(f"Stopping: {job.title}" if stopping else f"{job.title}{more}")
         self.setToolTip("\n".join(job.title for job in shown))
-        # Without an end in sight the bar only shows that something goes on.
-        self._bar.setRange(0, 0 if job.progress is None else _STEPS)
-        self._bar.setValue(round((job.progress or 0) * _STEPS))
+        self._bar.show_progress(round((job.progress or 0) * _STEPS), 0 if job.progress is None else _STEPS)
         self._cancel.setToolTip(f"Cancel: {job.title}")
         self._cancel.setAccessibleName(f"Cancel: {job.title}")
         self._cancel.setEnabled(not stopping)

@@ -38,7 +38,9 @@ for _name in [
 class Canvas(QObject):
     """Mayavi's scene without its tool bars, its mouse and its keys.
 
-    After another size the next frame is drawn in the next turn of the event loop, and once.
+    A frame is drawn once, in a turn of the event loop of its own, however often it was asked for: what is
+    around the scene is painted in the turn before. Without a screen it is a part of the window's picture, and
+    is drawn with it.
 
     Attributes
     ----------
@@ -55,7 +57,7 @@ class Canvas(QObject):
         super().__init__(parent)
         self._draw = draw
         self._open = True
-        self._is_resized = False
+        self._is_asked = self._is_due = False
         self._turn_end = QTimer(self, singleShot=True)
         # Queued: a timer without delay ends a turn, and what it queues begins the next one.
         self._turn_end.timeout.connect(self._on_turn_end_timeout, Qt.ConnectionType.QueuedConnection)
@@ -85,13 +87,7 @@ class Canvas(QObject):
         if watched is self.widget and event.type() == QEvent.Type.Resize:
             # The next frame is drawn in the new size. Mayavi's handler would write beyond the picture's end
             # where there is no screen: it sets the size past the method that makes room in memory.
-            if self._painted:
-                self.widget.update()
-            else:
-                # Not in this turn of the event loop: what is around the scene gets another size in it, too,
-                # and the system then asks for the same frame again.
-                self._is_resized = True
-                self._turn_end.start()
+            self.ask()
             return True
         if not self._open:
             # VTK's side of the widget is gone.
@@ -107,13 +103,22 @@ class Canvas(QObject):
         elif event.type() == QEvent.Type.WinIdChange:
             self._follow_window()
         elif event.type() == QEvent.Type.Paint:
-            if not self._is_resized:
+            if not self._is_asked:
+                self._is_due = False
                 self._draw()
             if self._painted:
                 with QPainter(self.widget) as painter:
                     painter.drawImage(self.widget.rect(), self.picture())
             return True
         return False
+
+    def ask(self) -> None:
+        """Have a frame drawn soon."""
+        if self._painted:
+            self.widget.update()
+        elif not self._is_due:
+            self._is_asked = True
+            self._turn_end.start()
 
     def fit(self, width_px: float, height_px: float, ratio: float) -> None:
         """Draw in this size from now on, given in Qt's pixels."""
@@ -143,7 +148,7 @@ class Canvas(QObject):
 
     @Slot()
     def _on_turn_end_timeout(self) -> None:
-        self._is_resized = False
+        self._is_asked, self._is_due = False, True
         if self._open:
             self.widget.update()
 

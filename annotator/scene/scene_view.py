@@ -240,7 +240,7 @@ class SceneView(QWidget):
         self._at_rest = False
         if self._stage is not None:
             # Any number of wishes is one frame, drawn when nothing else is to be done.
-            self._stage.canvas.widget.update()
+            self._stage.canvas.ask()
 
     def _draw(self) -> None:
         """Draw a frame: coarsely while the volume's picture changes, and at its best once it rests."""

@@ -3,14 +3,13 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QModelIndex, QSortFilterProxyModel, Qt, QTimer, Signal, Slot
-from PySide6.QtGui import QShowEvent
+from PySide6.QtGui import QFontMetrics, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
     QComboBox,
     QFormLayout,
     QHBoxLayout,
-    QHeaderView,
     QPushButton,
     QTabWidget,
     QTreeView,
@@ -27,7 +26,7 @@ from annotator.panels.agreement.agreement_plots import AgreementPlots
 from annotator.panels.agreement.compared_annotators import ComparedAnnotators
 from annotator.panels.agreement.compared_volumes import RANK_COLUMN, WHY_COLUMN, ComparedVolumes
 from annotator.panels.agreement.deviation_table import LEGEND, MEANINGS, VARIANTS, DeviationTable
-from annotator.panels.widgets.table_model import SORT_ROLE
+from annotator.panels.widgets.table_model import SORT_ROLE, bold_font, keep_painted
 from annotator.session import Session
 from annotator.session.viewing.view import View
 
@@ -37,6 +36,7 @@ _NOT_BY_METHOD = "Nothing was annotated by {} yet"
 _LOOKING = "Looking anyway is written into your annotation"
 _MISTAKES_NAMED = 3
 _WHY_LETTERS = 22
+_PADDING_LETTERS = 2
 
 
 class AgreementPanel(QWidget):
@@ -143,7 +143,7 @@ class AgreementPanel(QWidget):
         self._list.sortByColumn(RANK_COLUMN, Qt.SortOrder.DescendingOrder)
         self._list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self._list.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self._list.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        keep_painted(self._list)
         self._list.activated.connect(self._on_list_activated)
         self._by = WrappedText(name="agreement_volumes_by")
         self._by.set_color(lambda colors: colors.muted)
@@ -308,11 +308,7 @@ class AgreementPanel(QWidget):
             self._volumes.show_volumes(
                 figures.volumes if figures is not None else (), result.targets if result else ()
             )
-            if figures is not None:
-                # Its words can be long, and are whole in the tooltip.
-                header = self._list.header()
-                header.setSectionResizeMode(WHY_COLUMN, QHeaderView.ResizeMode.Interactive)
-                header.resizeSection(WHY_COLUMN, self.fontMetrics().averageCharWidth() * _WHY_LETTERS)
+            self._size_columns()
         words = METHODS[method].lower()
         self._by.setText(
             f"{STATISTICS['published']} of each volume, by {words}. Enter or a double click opens it with "
@@ -321,6 +317,17 @@ class AgreementPanel(QWidget):
             else f"{_NOT_BY_METHOD.format(words)}."
         )
         self._volumes.mark_open(self._session.agreeing.open_volume)
+
+    def _size_columns(self) -> None:
+        """Give each column of the list the width of its longest text, without laying out every cell."""
+        header, metrics = self._list.header(), QFontMetrics(bold_font())
+        letter = metrics.averageCharWidth()
+        for column in range(self._volumes.columnCount()):
+            width = metrics.horizontalAdvance(self._volumes.widest_text(column)) + _PADDING_LETTERS * letter
+            if column == WHY_COLUMN:
+                # Its words can be long, and are whole in the tooltip.
+                width = _WHY_LETTERS * letter
+            header.resizeSection(column, max(width, header.sectionSizeHint(column)))
 
     def _draw_overlay(self) -> None:
         session = self._session

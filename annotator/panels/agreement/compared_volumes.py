@@ -82,9 +82,14 @@ class ComparedVolumes(TableModel):
 
     def mark_open(self, volume: str | None) -> None:
         """Write the open volume in bold."""
-        if volume != self._open:
-            self._open = volume
-            self._redraw(range(len(self._volumes)))
+        if volume == self._open:
+            return
+        before, self._open = self._open, volume
+        self._redraw(row for row, each in enumerate(self._volumes) if each.volume in (before, volume))
+
+    def widest_text(self, column: int) -> str:
+        """Return the longest text of a column."""
+        return max((self._columns[column].text(each) for each in self._volumes), key=len, default="")
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():

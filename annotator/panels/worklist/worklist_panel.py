@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QLineEdit,
-    QProgressBar,
     QPushButton,
     QStyle,
     QTreeView,
@@ -22,6 +21,7 @@ from annotations.documents.record import Method
 from annotator.looks.durations import duration
 from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
+from annotator.looks.progress import ProgressBar
 from annotator.panels.widgets.name_elision import ElidedNameDelegate
 from annotator.panels.widgets.table_model import bold_font, keep_painted
 from annotator.panels.worklist.worklist_filter import KINDS, WorklistFilter, kind_words
@@ -85,7 +85,7 @@ class WorklistPanel(QWidget):
         self._list.activated.connect(self._on_list_activated)
         self._shown.modelReset.connect(self._on_shown_model_reset)
 
-        self._progress = named(QProgressBar(), "worklist_progress")
+        self._progress = named(ProgressBar(), "worklist_progress")
         self._progress.setAccessibleName("Volumes done")
         # In words below it: where the bar ends they would be hard to read.
         self._progress.setTextVisible(False)
@@ -180,8 +180,7 @@ class WorklistPanel(QWidget):
         is_review = worklist.is_review
         done = worklist.consensus_done if is_review else sum(item.status == "done" for item in items)
         self._progress.setVisible(bool(items))
-        self._progress.setRange(0, max(len(items), 1))
-        self._progress.setValue(done)
+        self._progress.show_progress(done, max(len(items), 1))
         progress = f"{'Consensus: ' if is_review else ''}{done} of {len(items)} done"
         self._progress.setFormat(progress)
         whose = "whose consensus is settled" if is_review else "that are done"

@@ -187,6 +187,25 @@ def test_the_worst_volume_stands_first_and_any_column_sorts(
     assert cell(view, 2, 0) == WORST
 
 
+def test_a_list_has_room_for_its_longest_texts_and_marks_the_open_volume_alone(
+    qtbot: QtBot, panel: AgreementPanel, rita: Session
+) -> None:
+    compute(qtbot, panel, rita)
+    items = child(panel, QTreeView, "agreement_volumes")
+    assert isinstance(items, QTreeView)
+    for column in (0, 2, 3):
+        texts = [items.model().index(row, column).data() for row in range(items.model().rowCount())]
+        width = max(items.fontMetrics().horizontalAdvance(text) for text in texts)
+        assert width < items.columnWidth(column)
+    changed: list[int] = []
+    items.model().dataChanged.connect(lambda first, _last: changed.append(first.row()))
+    with qtbot.waitSignal(
+        rita.volume_changed, check_params_cb=lambda: rita.volume is not None and rita.current_index == 1
+    ):
+        rita.open_item(1)
+    assert len(set(changed)) == 2
+
+
 @pytest.mark.parametrize("by", ["double click", "key"])
 def test_a_volume_opens_with_everybody_over_it(
     qtbot: QtBot, panel: AgreementPanel, rita: Session, by: str
