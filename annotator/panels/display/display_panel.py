@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import get_args
 
 from PySide6.QtCore import QSize, Slot
-from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtGui import QIcon, QImage, QPixmap, QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QGridLayout,
@@ -50,7 +50,12 @@ class DisplayPanel(QWidget):
         layout.addWidget(scrolling_column(self._sections, "display_scroll"))
         session.view_changed.connect(self._on_session_view_changed)
         session.levels_changed.connect(self._on_session_levels_changed)
+        self._is_behind = False
         self._take_histogram()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._catch_up()
 
     def _make_intensity(self) -> QWidget:
         content = QWidget()
@@ -185,10 +190,17 @@ class DisplayPanel(QWidget):
 
     @Slot()
     def _on_session_levels_changed(self) -> None:
-        self._take_histogram()
+        self._is_behind = True
+        self._catch_up()
 
     def _rounded(self, intensity: float) -> float:
         return float(round(intensity)) if self._histogram.integral else intensity
+
+    def _catch_up(self) -> None:
+        # Behind another panel, where it mostly is, nobody waits for it while a volume opens.
+        if self._is_behind and self.isVisible():
+            self._is_behind = False
+            self._take_histogram()
 
     def _take_histogram(self) -> None:
         level = self._session.slice_level

@@ -1,5 +1,6 @@
 """The display panel asks for the view, shows it, and changes no annotation."""
 
+from pathlib import Path
 from typing import TypeVar, get_args
 
 import pytest
@@ -9,10 +10,12 @@ from pytestqt.qtbot import QtBot
 
 from annotations.volumes import intensity_window
 from annotator.looks.colormaps import COLORMAPS
+from annotator.panels.display import display_panel
 from annotator.panels.display.display_panel import DisplayPanel
-from annotator.panels.display.histogram import HistogramView
+from annotator.panels.display.histogram import HistogramView, intensity_histogram
 from annotator.session import Session
 from annotator.session.viewing.view import FIRST_LAYERS, Layer
+from tests.annotator.conftest import open_and_wait
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -55,6 +58,23 @@ def test_the_panel_shows_the_view(session: Session, panel: DisplayPanel) -> None
     assert find(panel, QSlider, "window_low_slider").value() == 0
     assert find(panel, QSlider, "window_high_slider").value() == 1000
     assert session.view.window == (-50.0, 400.0)
+
+
+def test_behind_another_panel_it_waits_and_is_right_once_it_is_seen(
+    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, empty_session: Session, volume_path: Path
+) -> None:
+    counted = []
+    monkeypatch.setattr(
+        display_panel, "intensity_histogram", lambda data: counted.append(data) or intensity_histogram(data)
+    )
+    panel = DisplayPanel(empty_session)
+    qtbot.addWidget(panel)
+    open_and_wait(qtbot, empty_session, volume_path)
+    assert counted == []
+    panel.show()
+    assert len(counted) == 1
+    assert find(panel, QDoubleSpinBox, "window_high_box").value() == empty_session.view.window[1]
+    assert find(panel, QDoubleSpinBox, "window_high_box").isEnabled()
 
 
 def test_limits_are_typed(qtbot: QtBot, session: Session, panel: DisplayPanel) -> None:
