@@ -35,11 +35,12 @@ class DockedPanels:
         self.pose = PosePanel(session)
         self.agreement = AgreementPanel(session)
         self.predictions = PredictionsPanel(session)
+        display = DisplayPanel(session)
         self.docks: Mapping[str, QDockWidget] = {
             "worklist": self._dock("worklist", "Volumes", self.worklist, _LEFT),
             "keypoints": self._dock("keypoints", self.annotation.windowTitle(), self.annotation, _RIGHT),
             "pose": self._dock("pose", "Pose", self.pose, _RIGHT),
-            "display": self._dock("display", "Display", DisplayPanel(session), _RIGHT),
+            "display": self._dock("display", "Display", display, _RIGHT),
             "agreement": self._dock("agreement", "Agreement", self.agreement, _RIGHT),
             "consensus": self._dock("consensus", "Consensus", ConsensusPanel(session), _RIGHT),
             "predictions": self._dock("predictions", "Predictions", self.predictions, _RIGHT),
@@ -48,6 +49,8 @@ class DockedPanels:
         window.tabifyDockWidget(self.docks["display"], self.docks["agreement"])
         window.tabifyDockWidget(self.docks["agreement"], self.docks["consensus"])
         window.tabifyDockWidget(self.docks["consensus"], self.docks["predictions"])
+        # Behind another tab Qt calls it visible.
+        self.docks["display"].visibilityChanged.connect(display.follow)
         # Most people annotate: those who compare, settle and review ask for them.
         for name in ("agreement", "consensus", "predictions"):
             self.docks[name].hide()

@@ -51,7 +51,14 @@ class DisplayPanel(QWidget):
         session.view_changed.connect(self._on_session_view_changed)
         session.levels_changed.connect(self._on_session_levels_changed)
         self._is_behind = False
+        self._is_seen = True
         self._take_histogram()
+
+    @Slot(bool)
+    def follow(self, is_seen: bool) -> None:
+        """Show the open volume's intensities from now on, or only once the panel is seen again."""
+        self._is_seen = is_seen
+        self._catch_up()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -198,7 +205,7 @@ class DisplayPanel(QWidget):
 
     def _catch_up(self) -> None:
         # Behind another panel, where it mostly is, nobody waits for it while a volume opens.
-        if self._is_behind and self.isVisible():
+        if self._is_behind and self._is_seen and self.isVisible():
             self._is_behind = False
             self._take_histogram()
 

@@ -71,7 +71,10 @@ def test_behind_another_panel_it_waits_and_is_right_once_it_is_seen(
     qtbot.addWidget(panel)
     open_and_wait(qtbot, empty_session, volume_path)
     assert counted == []
+    panel.follow(False)
     panel.show()
+    assert counted == []
+    panel.follow(True)
     assert len(counted) == 1
     assert find(panel, QDoubleSpinBox, "window_high_box").value() == empty_session.view.window[1]
     assert find(panel, QDoubleSpinBox, "window_high_box").isEnabled()
