@@ -38,9 +38,8 @@ for _name in [
 class Canvas(QObject):
     """Mayavi's scene without its tool bars, its mouse and its keys.
 
-    A frame is drawn once, in a turn of the event loop of its own, however often it was asked for: what is
-    around the scene is painted in the turn before. Without a screen it is a part of the window's picture, and
-    is drawn with it.
+    Another size is drawn once, in a turn of the event loop of its own: what is around the scene is painted in
+    the turn before. Without a screen the scene is a part of the window's picture, and is drawn with it.
 
     Attributes
     ----------
@@ -87,7 +86,7 @@ class Canvas(QObject):
         if watched is self.widget and event.type() == QEvent.Type.Resize:
             # The next frame is drawn in the new size. Mayavi's handler would write beyond the picture's end
             # where there is no screen: it sets the size past the method that makes room in memory.
-            self.ask()
+            self.draw_apart()
             return True
         if not self._open:
             # VTK's side of the widget is gone.
@@ -112,8 +111,8 @@ class Canvas(QObject):
             return True
         return False
 
-    def ask(self) -> None:
-        """Have a frame drawn soon."""
+    def draw_apart(self) -> None:
+        """Draw the next frame in a turn of the event loop of its own, after what is painted in this one."""
         if self._painted:
             self.widget.update()
         elif not self._is_due:

@@ -240,7 +240,7 @@ class SceneView(QWidget):
         self._at_rest = False
         if self._stage is not None:
             # Any number of wishes is one frame, drawn when nothing else is to be done.
-            self._stage.canvas.ask()
+            self._stage.canvas.widget.update()
 
     def _draw(self) -> None:
         """Draw a frame: coarsely while the volume's picture changes, and at its best once it rests."""
@@ -325,6 +325,9 @@ class SceneView(QWidget):
         elif sight is not None and self._is_close_up:
             # Where a part of the last volume was, there may be nothing in this one.
             self.zoom_to_fit()
+        if self._stage is not None:
+            # Everything else around it has another volume to paint, too.
+            self._stage.canvas.draw_apart()
         self._redraw()
 
     @Slot()
