@@ -21,7 +21,7 @@ class TestStarting:
         assert reviewing.document.predicted_from.checkpoint == NAME
         assert reviewing.undo_stack.count() == 1
         reviewing.undo()
-        assert reviewing.document is before
+        assert reviewing.document == before
         reviewing.redo()
         assert reviewing.document.predicted_from is not None
 
@@ -44,7 +44,7 @@ class TestStarting:
         assert after.positions_um == before.positions_um
         assert {standing(part) for part in after.parts} == {"counted"}
         reviewing.undo()
-        assert reviewing.document is before
+        assert reviewing.document == before
 
     def test_calling_one_placed_accepts_it_alone(self, qtbot, reviewing, predicting):
         predict(qtbot, reviewing, [0])

@@ -69,7 +69,7 @@ def test_a_key_that_moves_the_box_moves_it_from_where_it_was_typed_to(typing: Se
 def test_undo_takes_back_what_is_being_typed_and_nothing_else(typing: Session) -> None:
     present = typing.document
     typing.undo()
-    assert typing.document is present
+    assert typing.document == present
     typing.redo()
     assert center_um(typing) == TYPED_UM
 
@@ -80,7 +80,7 @@ def test_esc_drops_it(typing: Session) -> None:
     typing.set_certainty("link1", "unsure")
     assert center_um(typing) != TYPED_UM
     typing.undo()
-    assert typing.document is present
+    assert typing.document == present
 
 
 def test_a_position_that_is_typed_is_kept_when_another_keypoint_becomes_active(session: Session) -> None:
