@@ -10,7 +10,7 @@ from annotations.documents.queue import queue
 from annotations.documents.study import AnnotationName, Study, annotation_path
 from annotations.errors import Cancelled, UserError
 
-_NEVER = "In this study annotators do not see each other's work"
+_NEVER = "In this study annotators see neither each other's work nor predictions"
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def while_at_work(study: Study, person: str) -> Permission:
         reason = _NEVER
     elif _has_repeats(study):
         # The same words for every volume: which ones come again is not to be known.
-        reason = "You see the others' work once all of your own in this study is done"
+        reason = "You see the others' work and predictions once all of your own work in this study is done"
     elif len(study.methods_of(person)) > 1:
         reason = "Your own annotation of this volume is not done yet by each of your methods"
     else:
@@ -66,6 +66,16 @@ def permission(study: Study, folder: Path, person: str, volume_id: str) -> Permi
     if study.viewing.others == "never" and not study.is_reviewer(person):
         return Permission(may_see=False, reason=_NEVER)
     return FREE
+
+
+def keeps_passes_apart(study: Study, folder: Path, person: str) -> bool:
+    """Say whether a person is not to know yet which volumes come again; the files of that person are read.
+
+    So it is in blind work, until all of it is done.
+    """
+    if not (study.is_blind_for(person) and _has_repeats(study)):
+        return False
+    return any(True for _ in _unfinished(study, folder, person))
 
 
 def check_may_see_all(
@@ -100,11 +110,15 @@ def _has_repeats(study: Study) -> bool:
     return any(volume.repeats for volume in study.volumes)
 
 
-def _unfinished(study: Study, folder: Path, person: str, volume_id: str) -> Iterator[AnnotationName]:
+def _unfinished(
+    study: Study, folder: Path, person: str, volume_id: str | None = None
+) -> Iterator[AnnotationName]:
+    """Yield what the person has not done: of a volume; of all, where none is named or some come again."""
+    of_all = volume_id is None or _has_repeats(study)
     for method in study.methods_of(person):
         # From the end: that is where most is left, and the first that is found is enough.
         for place in reversed(queue(study, person, method)):
-            if place.volume.id == volume_id or _has_repeats(study):
+            if of_all or place.volume.id == volume_id:
                 name = AnnotationName(place.volume.id, method, place.repeat)
                 if not _is_done(annotation_path(folder, person, name.volume_id, method, name.repeat)):
                     yield name

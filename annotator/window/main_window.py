@@ -134,7 +134,7 @@ class MainWindow(QMainWindow):
                 **agreement.by_name(),
                 **ConsensusHandlers(session, self.questions, self, self._docks["consensus"]).by_name(),
                 **ToolsHandlers(session).by_name(),
-                **PredictionHandlers(session, self.questions, self, self._panels.worklist).by_name(),
+                **PredictionHandlers(session, self, self._panels.worklist).by_name(),
                 **self._live.by_name(),
                 **ReviewHandlers(session, self.questions, self, self._docks["predictions"]).by_name(),
                 **self._looks.by_name(),

@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from annotator.panels.worklist.worklist_panel import WorklistPanel
 from annotator.session import Session
 from annotator.session.predictions.checkpoints import CHECKPOINT_SUFFIX, WEIGHTS_SUFFIX
-from annotator.window.questions import Questions
 
 _CHECKPOINT_FILES = f"Checkpoints (*{CHECKPOINT_SUFFIX} *{WEIGHTS_SUFFIX})"
 
@@ -24,11 +23,8 @@ class PredictionHandlers:
         Where volumes are selected.
     """
 
-    def __init__(
-        self, session: Session, questions: Questions, window: QWidget, worklist: WorklistPanel
-    ) -> None:
+    def __init__(self, session: Session, window: QWidget, worklist: WorklistPanel) -> None:
         self._session = session
-        self._questions = questions
         self._window = window
         self._worklist = worklist
 
@@ -41,7 +37,7 @@ class PredictionHandlers:
             "predict_volume": self._predict_volume,
             "predict_selection": self._predict_selection,
             "predict_study": self._predict_study,
-            "start_from_prediction": self._start,
+            "start_from_prediction": predicting.start_from_prediction,
             "accept_prediction": predicting.accept_predicted,
         }
 
@@ -56,22 +52,6 @@ class PredictionHandlers:
         path = self._session.predicting.shipped_path
         if path is not None:
             self._session.checkpoints.open(path)
-
-    def _start(self) -> None:
-        from annotator.dialogs.files.look_dialog import LookDialog  # late: few studies allow it
-
-        seeing, predicting = self._session.seeing, self._session.predicting
-        if not seeing.refusal or not seeing.permission.may_look:
-            predicting.start_from_prediction()
-            return
-        dialog = LookDialog(seeing.refusal, self._window)
-
-        def on_dialog_accepted() -> None:
-            if seeing.look_anyway():
-                predicting.start_from_prediction()
-
-        dialog.accepted.connect(on_dialog_accepted)
-        self._questions.show(dialog)
 
     def _predict_volume(self) -> None:
         index = self._session.current_index

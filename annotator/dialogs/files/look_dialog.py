@@ -8,8 +8,8 @@ _CHOICES = (
     Choice(
         "look",
         "Look anyway",
-        "Your own annotation of the volume is opened, and the others' may be shown over it. That is written "
-        "into your annotation and cannot be taken back; the study's report keeps it apart.",
+        "Your own annotation of the volume is opened, and the others' and predictions may be shown over it. "
+        "That is written into your annotation and cannot be taken back; the study's report keeps it apart.",
     ),
 )
 _CANCEL = Choice("cancel", "Do not look", "What is open stays as it is, and nothing is written.")

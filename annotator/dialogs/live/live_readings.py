@@ -96,6 +96,13 @@ class LiveReadings(QWidget):
             self._write(name, f"{keypoint.confidence.presence:.0%}{words}")
             self._values[name].set_color(None if not words else lambda colors: colors.error)
 
+    def clear(self) -> None:
+        """Show no pose."""
+        for name, value in self._values.items():
+            if value.parent() is not self._speed:
+                self._write(name, None)
+                value.set_color(None)
+
     def show_statistics(self, statistics: LiveStatistics | None) -> None:
         """Write how the view keeps up."""
         figures = statistics or LiveStatistics()

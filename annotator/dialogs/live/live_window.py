@@ -76,6 +76,7 @@ class LiveWindow(QWidget):
         living.running_changed.connect(self._on_living_running_changed)
         living.frame_came.connect(self._on_living_frame_came)
         living.failed.connect(self._on_living_failed)
+        living.kept_from_view.connect(self._on_living_kept_from_view)
         living.grid_requested.connect(self._on_living_grid_requested)
         session.predicting.checkpoints_changed.connect(self._draw)
         self._draw()
@@ -129,9 +130,8 @@ class LiveWindow(QWidget):
         self._readings.show_statistics(self._living.statistics)
 
     def _tell(self, text: str) -> None:
-        self._messages.appendPlainText(
-            f"{datetime.now().astimezone():%H:%M:%S}  {self._session.neutral(text)}"
-        )
+        # In its own words: no volume of a blind study is shown, and a number would tell another one's.
+        self._messages.appendPlainText(f"{datetime.now().astimezone():%H:%M:%S}  {text}")
 
     @Slot()
     def _on_start_clicked(self) -> None:
@@ -172,6 +172,12 @@ class LiveWindow(QWidget):
     @Slot(object)
     def _on_living_failed(self, error: UserError) -> None:
         self._tell(str(error))
+
+    @Slot()
+    def _on_living_kept_from_view(self) -> None:
+        self.projections.clear()
+        self._readings.clear()
+        self._messages.clear()
 
     @Slot(object)
     def _on_living_grid_requested(self, arrival: "Arrival") -> None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _NOTHING_OPEN = "Open a study, or a folder of volumes, to compare its annotators"
 _OPEN_STUDY = "This annotation belongs to a study: open the study to compare its annotators"
-_NEVER = "In this study annotators do not see each other's work: its reviewers do"
+_NEVER = "In this study annotators see neither each other's work nor predictions: its reviewers do"
 _UNFINISHED = (
     "You see how far apart the annotators are once your own work in this study is done: {} to do by {}"
 )

@@ -1,16 +1,23 @@
 """Whether the others' work on the open volume may be shown now, and the record of what was shown."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.annotation import Annotation
 from annotations.documents.exposure import Exposure, exposure
-from annotations.documents.permission import FREE, Permission, permission, while_at_work
+from annotations.documents.permission import (
+    FREE,
+    Permission,
+    keeps_passes_apart,
+    permission,
+    while_at_work,
+)
 from annotations.documents.provenance import Stamps, Viewing
 from annotations.documents.record import changed, now
-from annotations.documents.study import CONSENSUS, study_folder_of
+from annotations.documents.study import CONSENSUS, Study, study_folder_of
 from annotator.session.state import SessionState
 from annotator.session.volumes.worklist import Worklist
 
@@ -47,6 +54,7 @@ class Seeing(QObject):
         self._write_viewing = write_viewing
         self._permission: Permission | None = None
         self._looks_anyway = False
+        self._apart: tuple[tuple[Study, Path, str], bool] | None = None
         session.volume_changed.connect(self._on_session_volume_changed)
         session.save_state_changed.connect(self._on_session_save_state_changed)
         session.document_changed.connect(self._on_session_document_changed)
@@ -54,11 +62,7 @@ class Seeing(QObject):
     @property
     def permission(self) -> Permission:
         """What may be shown for the open volume now, and why not."""
-        if self._looks_anyway:
-            return FREE
-        if self._permission is None:
-            self._permission = self._read_permission()
-        return self._permission
+        return FREE if self._looks_anyway else self._by_rules
 
     @property
     def refusal(self) -> str:
@@ -66,11 +70,26 @@ class Seeing(QObject):
 
         An annotation of a study that was opened alone has rules that are known only where the study is open.
         """
-        path = self._session.annotation_path
-        if self._session.worklist.study is None and path is not None and study_folder_of(path) is not None:
-            return _OPEN_STUDY
-        allowed = self.permission
-        return "" if allowed.may_see else allowed.reason
+        return self._alone_refusal or self.permission.reason
+
+    @property
+    def work_refusal(self) -> str:
+        """Why the own work must not be shaped by the others' now, likewise, whoever looks anyway.
+
+        Empty once the work is done, and where nobody works blind.
+        """
+        return self._alone_refusal or self._by_rules.reason
+
+    @property
+    def keeps_passes_apart(self) -> bool:
+        """Whether nothing is to tell now which of the person's passes are over one volume."""
+        worklist = self._session.worklist
+        if worklist.study is None or not worklist.is_blind:
+            return False
+        asked = (worklist.study, worklist.folder, worklist.annotator)
+        if self._apart is None or self._apart[0] != asked:
+            self._apart = (asked, keeps_passes_apart(*asked))
+        return self._apart[1]
 
     def may_see_others(self) -> bool:
         """Whether the others' work on the open volume may be shown now."""
@@ -128,6 +147,19 @@ class Seeing(QObject):
             return True
         return self._write_viewing(Viewing(moment=now(), shown=shown, status=document.status))
 
+    @property
+    def _alone_refusal(self) -> str:
+        """Why nothing is known of an annotation's rules; empty where its study is open, or it has none."""
+        path = self._session.annotation_path
+        is_alone = self._session.worklist.study is None and path is not None
+        return _OPEN_STUDY if is_alone and path is not None and study_folder_of(path) is not None else ""
+
+    @property
+    def _by_rules(self) -> Permission:
+        if self._permission is None:
+            self._permission = self._read_permission()
+        return self._permission
+
     def _read_permission(self) -> Permission:
         worklist, volume_id = self._session.worklist, self._volume_id()
         if worklist.study is None or volume_id is None:
@@ -145,7 +177,7 @@ class Seeing(QObject):
         return None if index is None else self._session.items[index].volume_id
 
     def _forget(self) -> None:
-        before, self._permission = self._permission, None
+        before, self._permission, self._apart = self._permission, None, None
         if before is not None and before != self.permission:
             self.permission_changed.emit()
 

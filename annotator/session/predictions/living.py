@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 from annotations.errors import UserError
 from annotator.session.editing.seeing import Seeing
+from annotator.session.predictions.kept_volumes import KEPT_FROM_VIEW, KeptVolumes
 from annotator.session.predictions.predicting import Predicting
 from annotator.session.state import SessionState
 from annotator.session.volumes.spacing_answer import SpacingAnswer
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
     from annotations.prediction.live.statistics import LiveStatistics
 
 _PATIENCE_S = 2.0
-_KEPT_FROM_VIEW = (
-    "In this study predictions are kept from you until your own work is done: choose a folder outside of it"
-)
 _NO_CHECKPOINT = "Load a checkpoint first"
 
 
@@ -49,6 +47,11 @@ class Living(QObject):
 
     Nothing is written, unless a person wants the predictions kept.
 
+    Parameters
+    ----------
+    is_settled : callable
+        See `read_path`.
+
     Signals
     -------
     running_changed
@@ -57,6 +60,8 @@ class Living(QObject):
         `take_frame` has a frame.
     failed : UserError
         A volume cannot be shown, or the network's process has crashed; or that is why it is not running now.
+    kept_from_view
+        What was shown is not to be seen any more, nor what was said: ``failed`` follows, and says why.
     grid_requested : Arrival
         Nobody says how far apart the voxels of such volumes are: answer with `provide_grid`, or `stop`.
     """
@@ -64,19 +69,27 @@ class Living(QObject):
     running_changed = Signal()
     frame_came = Signal()
     failed = Signal(object)
+    kept_from_view = Signal()
     grid_requested = Signal(object)
     _delivered = Signal(object)
 
     def __init__(
-        self, session: SessionState, predicting: Predicting, seeing: Seeing, parent: QObject | None = None
+        self,
+        session: SessionState,
+        predicting: Predicting,
+        seeing: Seeing,
+        is_settled: Callable[[Path, str], bool],
+        parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
         self._session = session
         self._predicting = predicting
         self._seeing = seeing
+        self._is_settled = is_settled
         self._run: LiveRun | None = None
         self._left: list[LiveRun] = []
         self._folder: Path | None = None
+        self._kept: KeptVolumes | None = None
         self._checkpoint: Checkpoint | None = None
         self._is_ready = False
         self._grids: dict[tuple[Path, tuple[int, int, int]], SpacingAnswer] = {}
@@ -109,11 +122,11 @@ class Living(QObject):
     def refusal(self, folder: Path) -> str:
         """Return why volumes of a folder may not be shown, without a full stop; empty where they may."""
         study = self._session.worklist
-        if study.study is None or (self._seeing.may_see_others() and not self._session.is_blind):
-            return ""
-        there, own = folder.resolve(), study.folder.resolve()
-        is_apart = own not in (there, *there.parents) and there not in own.parents
-        return "" if is_apart else _KEPT_FROM_VIEW
+        if study.study is not None and (self._session.is_blind or not self._seeing.may_see_others()):
+            there, own = folder.resolve(), study.folder.resolve()
+            if own in (there, *there.parents) or there in own.parents:
+                return KEPT_FROM_VIEW
+        return self._kept_volumes().refusal_of_all(folder)
 
     def start(self, folder: Path, playback: Playback | None, *, keeps: bool) -> None:
         """Show volumes as they come; ``failed`` says why where that is not possible.
@@ -154,13 +167,14 @@ class Living(QObject):
         listener = Listener(
             ready=told(self._on_run_ready),
             frame_came=told(self.frame_came.emit),
-            failed=told(self.failed.emit),
+            failed=told(self._on_run_failed),
             grid_needed=told(self._on_run_grid_needed),
             ended=told(self._on_run_ended),
         )
         network = InferenceProcess(checkpoint.path, sha256=checkpoint.sha256)
         run = LiveRun(source, network, listener, folder if keeps else None)
         self._run, self._folder, self._checkpoint = run, folder, checkpoint
+        self._kept = self._kept_volumes()
         run.start()
         self.running_changed.emit()
 
@@ -183,7 +197,8 @@ class Living(QObject):
 
     def take_frame(self) -> "LiveFrame | None":
         """Return the newest frame that was not taken yet; `note_shown` follows when it is on screen."""
-        return None if self._run is None else self._run.take()
+        frame = None if self._run is None else self._run.take()
+        return None if frame is None or self._withdraw(frame.volume_path) else frame
 
     def note_shown(self) -> None:
         """Count the frame that was taken last as one that is on screen now."""
@@ -210,7 +225,14 @@ class Living(QObject):
         self._is_ready = True
         self.running_changed.emit()
 
+    def _on_run_failed(self, error: UserError) -> None:
+        # Its name alone may tell which volume it is.
+        if error.where is None or not self._withdraw(Path(str(error.where))):
+            self.failed.emit(error)
+
     def _on_run_grid_needed(self, arrival: "Arrival") -> None:
+        if self._withdraw(arrival.volume_path):
+            return
         answer = self._grids.get((arrival.volume_path.parent, arrival.shape))
         if answer is None:
             self.grid_requested.emit(arrival)
@@ -226,7 +248,25 @@ class Living(QObject):
         elif error is not None:
             raise error
 
+    def _kept_volumes(self) -> KeptVolumes:
+        return KeptVolumes(self._session.worklist, self._session.person, self._is_settled)
+
+    def _withdraw(self, volume_path: Path) -> bool:
+        """Stop where a volume that has come is kept from view, as one that was linked to since may be."""
+        refusal = "" if self._kept is None else self._kept.refusal(volume_path)
+        if refusal:
+            self._keep_from_view(refusal)
+        return bool(refusal)
+
+    def _keep_from_view(self, refusal: str) -> None:
+        self.stop()
+        self._folder = None
+        self.kept_from_view.emit()
+        self.failed.emit(UserError(refusal))
+
     def _on_seeing_permission_changed(self) -> None:
-        if self._run is not None and self._folder is not None and (refusal := self.refusal(self._folder)):
-            self.stop()
-            self.failed.emit(UserError(refusal))
+        # Of a run that has ended the last picture may still be there.
+        if self._folder is not None:
+            self._kept = self._kept_volumes()
+            if refusal := self.refusal(self._folder):
+                self._keep_from_view(refusal)

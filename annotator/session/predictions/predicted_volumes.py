@@ -5,18 +5,19 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from annotator.session.editing.seeing import Seeing
 from annotator.session.jobs import Job
 from annotator.session.predictions.predicting import Predicting
 from annotator.session.state import SessionState
 from annotator.session.volumes.worklist import WorkItem
 
-Place = tuple[Path, str | None]
-"""A volume: its file, and which of the arrays in there."""
+Place = tuple[Path, str | None, int]
+"""A pass over a volume: its file, which of the arrays in there, and which pass."""
 
 
 @dataclass(frozen=True)
 class _Wanted:
-    """What is looked for: of which checkpoint, in which folders, and for which volumes."""
+    """What is looked for: of which checkpoint, in which folders, and for which passes."""
 
     sha256: str
     folders: tuple[Path, ...]
@@ -34,7 +35,9 @@ class PredictedVolumes(QObject):
 
     changed = Signal()
 
-    def __init__(self, session: SessionState, predicting: Predicting, parent: QObject | None = None) -> None:
+    def __init__(
+        self, session: SessionState, predicting: Predicting, seeing: Seeing, parent: QObject | None = None
+    ) -> None:
         super().__init__(parent)
         self._session = session
         self._predicting = predicting
@@ -43,6 +46,7 @@ class PredictedVolumes(QObject):
         self._looking: Job | None = None
         predicting.checkpoints_changed.connect(self._on_asked_otherwise)
         predicting.predicted.connect(self._look)
+        seeing.permission_changed.connect(self._on_asked_otherwise)
         session.worklist_changed.connect(self._on_asked_otherwise)
 
     @property
@@ -57,8 +61,11 @@ class PredictedVolumes(QObject):
         return bool(self._places)
 
     def has(self, item: WorkItem) -> bool:
-        """Say whether a file tells what the checkpoint in use says of a volume; it may be outdated by now."""
-        return (item.volume_path, item.dataset) in self._places
+        """Say whether a file tells what the checkpoint in use says of a volume; it may be outdated by now.
+
+        In blind work it tells that only of a pass that was asked about: see `Passes`.
+        """
+        return item.place in self._places
 
     def _folders(self) -> tuple[Path, ...]:
         worklist = self._session.worklist
@@ -70,7 +77,7 @@ class PredictedVolumes(QObject):
         checkpoint = self._predicting.current
         if checkpoint is None:
             return None
-        places = frozenset((item.volume_path, item.dataset) for item in self._session.items)
+        places = frozenset(item.place for item in self._session.items if self._predicting.counts_for(item))
         return _Wanted(checkpoint.sha256, self._folders(), places)
 
     def _look(self) -> None:
@@ -91,13 +98,15 @@ class PredictedVolumes(QObject):
         name = checkpoint.description.name
 
         def work(_progress: object, _cancelled: object) -> frozenset[Place]:
-            kept = {
+            kept: set[tuple[Path, str | None]] = {
                 place for folder in wanted.folders for place in predicted_volumes(folder, name, wanted.sha256)
             }
             # Whoever opens a file with one array need not say which.
             kept |= {(path, None) for path, _ in kept}
             return frozenset(
-                (path, dataset) for path, dataset in wanted.places if (path.resolve(), dataset) in kept
+                (path, dataset, repeat)
+                for path, dataset, repeat in wanted.places
+                if (path.resolve(), dataset) in kept
             )
 
         self._looking = self._session.jobs.start(

@@ -17,6 +17,7 @@ from annotator.session.files.saving import SessionSaving
 from annotator.session.jobs import Job
 from annotator.session.predictions.checkpoint_fit import tool_differences, tool_unfitness, volume_unfitness
 from annotator.session.predictions.networks import Networks
+from annotator.session.predictions.passes import Passes
 from annotator.session.predictions.predicted import ShownPrediction
 from annotator.session.predictions.prediction_overlay import PredictionOverlay
 from annotator.session.predictions.prediction_run import (
@@ -75,7 +76,7 @@ class Predicting(QObject):
     predicted = Signal()
     running_changed = Signal()
     shown_changed = Signal()
-    _advanced = Signal(int)
+    _advanced = Signal(int, str)
 
     def __init__(
         self,
@@ -98,7 +99,8 @@ class Predicting(QObject):
         self._job: Job | None = None
         self._tasks: tuple[PredictionTask, ...] = ()
         self._done = 0
-        self._overlay = PredictionOverlay(session, seeing, self._networks.process_of, self)
+        self._passes = Passes(seeing)
+        self._overlay = PredictionOverlay(session, seeing, self._passes, self._networks.process_of, self)
         self._overlay.changed.connect(self.shown_changed)
         # It comes from the thread that predicts.
         self._advanced.connect(self._on_self_advanced, Qt.ConnectionType.QueuedConnection)
@@ -223,14 +225,17 @@ class Predicting(QObject):
     def start_refusal(self) -> str:
         """Why no annotation may start from a prediction here, without a full stop; empty where one may.
 
-        Empty as well where the person may look before their own work is done, and has not done so yet. It is
-        not looked for before there is a prediction: that reads files.
+        In blind work none may, not even where one may look: what is begun from a prediction is not one's own.
+        In a study that is said whether there is a prediction or not: which are there is not to be known.
         """
-        is_free = self.prediction is None or self._seeing.permission.may_look
-        return "" if is_free else self._seeing.refusal
+        is_asked_for = self.prediction is not None or self._session.worklist.study is not None
+        return self._seeing.work_refusal if self._current is not None and is_asked_for else ""
 
     def start_from_prediction(self) -> None:
         """Put unplaced keypoints where ``current`` has them, as one edit."""
+        if refusal := self.start_refusal:
+            self._session.post_message(f"{refusal}: in blind work no annotation starts from a prediction")
+            return
         prediction, path = self._overlay.prediction, self._overlay.path
         annotation_path, before = self._session.annotation_path, self._session.document
         if prediction is None or path is None or annotation_path is None or before is None:
@@ -238,9 +243,6 @@ class Predicting(QObject):
             return
         if self._session.read_only_reason:
             self._session.post_message(self._session.read_only_reason)
-            return
-        if refusal := self._seeing.refusal:
-            self._session.post_message(f"{refusal}: no annotation starts from a prediction before that")
             return
         # Before it is there: whoever corrects a prediction has seen it.
         if not self._seeing.note_shown("predictions"):
@@ -276,6 +278,10 @@ class Predicting(QObject):
 
     # Predicting
 
+    def counts_for(self, item: WorkItem) -> bool:
+        """Say whether what ``current`` has said of an item's volume counts for the item: see `Passes`."""
+        return self._current is not None and self._passes.counts(self._current.sha256, item)
+
     @property
     def is_predicting(self) -> bool:
         """Whether volumes are being predicted."""
@@ -303,8 +309,8 @@ class Predicting(QObject):
         self._tasks, self._done = tasks, 0
 
         def work(progress: Callable[[float], None], cancelled: Callable[[], bool]) -> PredictionOutcome:
-            def on_done(count: int) -> None:
-                self._advanced.emit(count)
+            def on_done(count: int, is_predicted: bool) -> None:
+                self._advanced.emit(count, checkpoint.sha256 if is_predicted else "")
                 progress(count / len(tasks))
 
             return predict_all(tasks, checkpoint, process, known_spacing, on_done, cancelled)
@@ -329,11 +335,14 @@ class Predicting(QObject):
         request = OpeningRequest(
             session.worklist, index, session.tool_name, session.tool_folders, session.person
         )
+        # What an earlier pass has left is not to be told from what was never predicted.
+        is_anew = not self.counts_for(request.item)
         volume = session.volume
         if index != session.current_index or volume is None:
-            return PredictionTask(request)
+            return PredictionTask(request, is_anew=is_anew)
         # As it is open: of several arrays in one file, somebody has chosen this one.
-        return PredictionTask(replace(request, dataset=volume.dataset), session.spacing_um, volume.depth_axis)
+        request = replace(request, dataset=volume.dataset)
+        return PredictionTask(request, session.spacing_um, volume.depth_axis, is_anew)
 
     def _job_title(self) -> str:
         if len(self._tasks) == 1:
@@ -364,12 +373,15 @@ class Predicting(QObject):
         index = self._session.current_index
         return index is not None and self._session.items[index].place == item.place
 
-    def _on_self_advanced(self, count: int) -> None:
+    def _on_self_advanced(self, count: int, predicted_by: str) -> None:
         if self._job is None or not self._tasks:
             return
+        item = self._tasks[count - 1].request.item
+        if predicted_by:
+            self._passes.note_asked(predicted_by, item)
         self._done = count
         self._job.title = self._job_title()
-        if self._is_open(self._tasks[count - 1].request.item):
+        if self._is_open(item):
             self._overlay.reread()
 
     def _on_job_done(self, checkpoint: "Checkpoint", outcome: PredictionOutcome) -> None:

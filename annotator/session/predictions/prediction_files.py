@@ -115,10 +115,14 @@ def read_prediction(
     return prediction, ""
 
 
-def read_kept(opened: OpenVolume, checkpoint: "Checkpoint", truth: "Truth") -> KeptPrediction:
-    """Read what is kept about the open volume: a checkpoint's prediction, and what is true."""
+def read_kept(
+    opened: OpenVolume, checkpoint: "Checkpoint", truth: "Truth", *, counts: bool = True
+) -> KeptPrediction:
+    """Read what is kept about the open volume: a checkpoint's prediction, if it counts, and what is true."""
     path = prediction_path(opened.worklist, opened.item, opened.volume, checkpoint)
-    prediction, problem = read_prediction(path, checkpoint, opened.fingerprint, opened.spacing_um)
+    prediction, problem = None, ""
+    if counts:
+        prediction, problem = read_prediction(path, checkpoint, opened.fingerprint, opened.spacing_um)
     return KeptPrediction(path, prediction, problem, _spoken(opened, truth))
 
 

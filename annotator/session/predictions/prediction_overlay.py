@@ -16,6 +16,7 @@ from annotator.session.editing.seeing import Seeing
 from annotator.session.editing.solids import Solid, posed_solids
 from annotator.session.jobs import Job
 from annotator.session.predictions.checkpoint_fit import tool_unfitness, volume_unfitness
+from annotator.session.predictions.passes import Passes
 from annotator.session.predictions.predicted import KeypointPair, ShownPrediction
 from annotator.session.predictions.prediction_files import KeptPrediction, OpenVolume, read_kept
 from annotator.session.remembered import Remembered
@@ -39,6 +40,7 @@ class PredictionOverlay(QObject):
 
     Parameters
     ----------
+    passes : Passes
     process : callable
         Returns where a checkpoint runs.
 
@@ -54,12 +56,14 @@ class PredictionOverlay(QObject):
         self,
         session: SessionState,
         seeing: Seeing,
+        passes: Passes,
         process: "Callable[[Checkpoint], InferenceProcess]",
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
         self._session = session
         self._seeing = seeing
+        self._passes = passes
         self._process = process
         self._checkpoint: Checkpoint | None = None
         self._truth: Truth | None = None
@@ -120,10 +124,11 @@ class PredictionOverlay(QObject):
     def await_prediction(self) -> None:
         """Turn the layer on as soon as there is a prediction of what is open, if it may be seen then.
 
-        Where nothing is open it is the next volume that is meant, and never one further on: whoever is shown
-        a prediction has that written into their document.
+        Where nothing is open, or it must not be seen of what is, the next volume is meant of which it may;
+        and never one further on: whoever is shown a prediction has that written into their document.
         """
-        self._is_awaited, self._awaited_index = True, self._session.current_index
+        self._is_awaited, self._awaited_index = True, None
+        self._tie_awaited()
         self._show_awaited()
 
     def reread(self) -> None:
@@ -133,9 +138,10 @@ class PredictionOverlay(QObject):
             self._reading = None
         opened, checkpoint, truth = self._opened(), self._checkpoint, self._truth
         if opened is not None and checkpoint is not None and truth is not None:
+            counts = self._passes.counts(checkpoint.sha256, opened.item)
             self._reading = self._session.jobs.start(
                 "Reading the prediction",
-                lambda _progress, _cancelled: read_kept(opened, checkpoint, truth),
+                lambda _progress, _cancelled: read_kept(opened, checkpoint, truth, counts=counts),
                 done=self._on_job_read,
                 failed=self._on_job_reading_failed,
                 shown=False,
@@ -178,11 +184,14 @@ class PredictionOverlay(QObject):
 
     # What is drawn
 
+    def _tie_awaited(self) -> None:
+        if self._is_awaited and self._awaited_index is None and not self._seeing.refusal:
+            self._awaited_index = self._session.current_index
+
     def _show_awaited(self) -> None:
-        if self._is_awaited and self.prediction is not None:
+        if self._is_awaited and self.prediction is not None and not self._seeing.refusal:
             self._is_awaited = False
-            if not self._seeing.refusal:
-                self._session.look(layers=self._session.view.layers | {"prediction"})
+            self._session.look(layers=self._session.view.layers | {"prediction"})
 
     def _follow(self) -> None:
         """Show or put away, by what is wanted and may be seen now."""
@@ -283,9 +292,8 @@ class PredictionOverlay(QObject):
         self._session.report(error)
 
     def _on_session_volume_changed(self) -> None:
-        if self._awaited_index is None:
-            self._awaited_index = self._session.current_index
-        self._is_awaited = self._is_awaited and self._awaited_index == self._session.current_index
+        self._tie_awaited()
+        self._is_awaited = self._is_awaited and self._awaited_index in (None, self._session.current_index)
         self._forget()
         self.reread()
 

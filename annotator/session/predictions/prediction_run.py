@@ -43,11 +43,14 @@ class PredictionTask:
         That with which it is open; None to find out.
     depth_axis : int or None
         Likewise: somebody may have said it without its being written down.
+    is_anew : bool
+        Whether a prediction that is kept, and still true, is made again.
     """
 
     request: OpeningRequest
     spacing_um: Vector | None = None
     depth_axis: int | None = None
+    is_anew: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ def predict_all(
     checkpoint: "Checkpoint",
     process: "InferenceProcess",
     known_spacing: KnownSpacing,
-    done: Callable[[int], None],
+    done: Callable[[int, bool], None],
     cancelled: Callable[[], bool],
 ) -> PredictionOutcome:
     """Predict volumes, and write each prediction at once; one that is kept and still true stays.
@@ -83,7 +86,7 @@ def predict_all(
     Parameters
     ----------
     done : callable
-        Told how many are finished, after each.
+        Told after each how many are finished, and whether there is a prediction of this one.
     cancelled : callable
 
     Raises
@@ -118,7 +121,9 @@ def predict_all(
             crashes = crashes + 1 if isinstance(error, InferenceCrashed) else 0
             if isinstance(error, CheckpointError) or crashes == _MOST_CRASHES:
                 return PredictionOutcome(made, kept, tuple(failures), len(tasks) - number)
-        done(number)
+            done(number, False)
+        else:
+            done(number, True)
     return PredictionOutcome(made, kept, tuple(failures))
 
 
@@ -149,8 +154,10 @@ def _predict(
                 where=volume.path,
                 remedy="Open it, and say it once where the application asks",
             )
-        present, _ = read_prediction(path, checkpoint, found.fingerprint, spacing_um)
-        if present is not None:
+        if (
+            not task.is_anew
+            and read_prediction(path, checkpoint, found.fingerprint, spacing_um)[0] is not None
+        ):
             return False
         # Before it takes its time.
         try:

@@ -6,7 +6,8 @@ import pytest
 from annotations.documents.annotation import Annotation, with_all_parts
 from annotations.documents.edits import place_box, place_keypoint
 from annotations.documents.files import save_annotation
-from annotations.documents.permission import FREE, permission
+from annotations.documents.permission import FREE, keeps_passes_apart, permission
+from annotations.documents.queue import queue
 from annotations.documents.record import Method, Status, changed
 from annotations.documents.study import Study, StudyVolume, ViewingRules, annotation_path
 from annotations.documents.study_building import with_rules
@@ -127,7 +128,7 @@ def test_where_nobody_sees_the_others_being_done_changes_nothing(tmp_path: Path,
     closed = with_rules(STUDY, viewing=ViewingRules(others="never"))
     now = permission(closed, tmp_path, "anna", "v001")
     assert (now.may_see, now.may_look) == (False, False)
-    assert "do not see each other's work" in now.reason
+    assert now.reason == "In this study annotators see neither each other's work nor predictions"
 
 
 def test_whoever_does_not_annotate_reviews_where_no_reviewer_is_named(tmp_path: Path) -> None:
@@ -151,3 +152,17 @@ def test_where_nobody_works_blind_everything_is_seen_at_once(tmp_path: Path) -> 
 
     assert permission(study, tmp_path, "anna", "v001") == FREE
     assert not permission(STUDY, tmp_path, "anna", "v001").may_see
+
+
+def test_passes_are_kept_apart_until_all_work_is_done_and_only_in_blind_work(
+    tmp_path: Path, keep: Keep
+) -> None:
+    volumes = (changed(STUDY.volumes[0], repeats=1), *STUDY.volumes[1:])
+    repeated = changed(STUDY, blind=True, methods=("keypoints",), assignments={}, volumes=volumes)
+    assert keeps_passes_apart(repeated, tmp_path, "anna")
+    assert not keeps_passes_apart(changed(repeated, blind=False), tmp_path, "anna")
+    assert not keeps_passes_apart(changed(repeated, volumes=STUDY.volumes), tmp_path, "anna")
+    for place in queue(repeated, "anna", "keypoints"):
+        assert keeps_passes_apart(repeated, tmp_path, "anna")
+        keep("anna", place.volume.id, "keypoints", repeat=place.repeat)
+    assert not keeps_passes_apart(repeated, tmp_path, "anna")

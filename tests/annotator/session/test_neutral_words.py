@@ -161,7 +161,10 @@ def test_where_looking_is_allowed_it_is_asked_first_and_written_down(
         read_path(bens, "anna", "keypoints")
     with qtbot.waitSignal(empty_session.look_requested) as asked:
         empty_session.open_path(bens)
-    assert asked.args == [bens, "You see the others' work once all of your own in this study is done"]
+    assert asked.args == [
+        bens,
+        "You see the others' work and predictions once all of your own work in this study is done",
+    ]
     assert empty_session.volume is None
     with qtbot.waitSignal(empty_session.volume_changed):
         empty_session.open_path(bens, looks_anyway=True)

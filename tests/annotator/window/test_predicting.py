@@ -17,7 +17,6 @@ from annotations.prediction.shipped import shipped_checkpoint
 from annotator.dialogs.checkpoint_dialog import CheckpointDialog
 from annotator.dialogs.error_dialog import ErrorDialog
 from annotator.dialogs.exports.unjudged_dialog import UnjudgedDialog
-from annotator.dialogs.files.look_dialog import LookDialog
 from annotator.session import Session
 from tests.annotations.prediction.tiny_networks import DESCRIPTION, redescribed, rewritten, save_tiny
 from tests.annotator.predicted_study import IDS, NAME
@@ -283,18 +282,15 @@ class TestBlind:
         assert "not done yet" in action.toolTip()
         assert not person.action("layer_prediction").isChecked()
 
-    def test_where_one_may_look_it_is_asked_first(
+    def test_where_one_may_look_it_starts_nothing_either(
         self, qtbot, network, make_window, empty_session: Session, person_at, folder
     ):
         save_study(changed(load_study(folder), viewing=ViewingRules(may_look=True)), folder)
         person = at_study(qtbot, make_window, empty_session, person_at, folder, "anna")
         use_shipped(person)
         person.action("predict_volume").trigger()
-        qtbot.waitUntil(lambda: person.action("start_from_prediction").isEnabled(), timeout=LONG_MS)
-        person.action("start_from_prediction").trigger()
-        person.click(person.dialog(LookDialog), "look_cancel")
-        assert not empty_session.document.positions_um
-        person.action("start_from_prediction").trigger()
-        person.click(person.dialog(LookDialog), "look_look")
-        assert {part.source for part in empty_session.document.parts} == {"predicted"}
-        assert len(empty_session.viewings) == 2
+        qtbot.waitUntil(lambda: empty_session.predicting.prediction is not None, timeout=LONG_MS)
+        assert empty_session.seeing.look_anyway()
+        settle(qtbot, empty_session)
+        assert not person.action("start_from_prediction").isEnabled()
+        assert "not done yet" in person.action("start_from_prediction").toolTip()

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QPushButton,
 )
 
+from annotations.errors import UserError
 from annotations.geometry.tool_library import shipped_tools
 from annotations.prediction import inference_child
 from annotations.prediction.live.frame import FrameTimes, LiveFrame
@@ -29,6 +30,8 @@ from annotator.dialogs.live.live_projections import LiveProjections
 from annotator.dialogs.live.live_window import LiveWindow
 from tests.annotations.prediction.test_inference_process import replace_worker
 from tests.annotations.prediction.tiny_networks import NEEDLE, save_tiny
+from tests.annotator.blind_study import write_study
+from tests.annotator.conftest import open_and_wait
 
 SHAPE, SPACING_UM = (6, 20, 16), (600.0, 100.0, 50.0)
 PATIENCE_MS = 30_000
@@ -361,3 +364,32 @@ def test_a_frame_that_nobody_can_see_is_not_counted_as_shown(qtbot):
     qtbot.addWidget(view)
 
     assert not view.show_frame(forceps_frame(["placed"] * 6), FORCEPS)
+
+
+def test_a_blind_study_that_is_opened_takes_picture_pose_and_messages_away(
+    qtbot, window, tmp_path, monkeypatch
+):
+    window._session.set_annotator_name("rita")
+    study = write_study(tmp_path / "study")
+    start(qtbot, window, study / "volumes" / "left side", monkeypatch)
+    qtbot.waitUntil(lambda: window.projections.frame is not None, timeout=PATIENCE_MS)
+    window._living.failed.emit(UserError("it cannot be read", where="porcine-liver.npy"))
+    window._session.set_annotator_name("anna")
+    open_and_wait(qtbot, window._session, study)
+
+    assert window.projections.frame is None
+    assert "porcine" not in messages(window)
+    assert "kept from you" in messages(window)
+    assert text(window, f"live_presence_{NEEDLE.keypoint_names[0]}") == "—"
+
+
+def test_a_file_that_is_called_like_a_volume_of_the_blind_study_is_not_called_by_its_number(
+    qtbot, window, folder, tmp_path, monkeypatch
+):
+    open_and_wait(qtbot, window._session, write_study(tmp_path / "study"))
+    start(qtbot, window, folder, monkeypatch)
+    (folder / "porcine-liver.npy").write_bytes(b"no volume")
+    qtbot.waitUntil(lambda: messages(window) != "", timeout=PATIENCE_MS)
+
+    assert "porcine-liver.npy" in messages(window)
+    assert "Volume " not in messages(window)

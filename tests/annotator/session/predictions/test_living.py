@@ -1,11 +1,13 @@
 """The session's live view: what it is kept from, and what it asks only once."""
 
+import os
+
 import numpy as np
 import pytest
 
 from annotator.session.predictions.living import Playback
 from tests.annotations.prediction.tiny_networks import save_tiny
-from tests.annotator.blind_study import write_study
+from tests.annotator.blind_study import IDS, annotate, write_study
 from tests.annotator.conftest import open_and_wait
 
 
@@ -37,13 +39,104 @@ def test_in_blind_work_predictions_of_the_studys_volumes_are_kept_from_view(
 def test_a_blind_study_that_is_opened_meanwhile_ends_it(qtbot, empty_session, told, tmp_path):
     study = write_study(tmp_path / "study")
     empty_session.predicting.load(save_tiny(tmp_path / "tiny.onnx"))
+    empty_session.set_annotator_name("rita")
     empty_session.living.start(study, None, keeps=False)
     assert empty_session.living.is_running
 
+    empty_session.set_annotator_name("anna")
     open_and_wait(qtbot, empty_session, study)
 
     assert not empty_session.living.is_running
     assert len(told) == 1
+
+
+def links_to(volumes, folder, link):
+    """Make a folder in which each of the volumes is met by another name."""
+    folder.mkdir()
+    for number, path in enumerate(sorted(volumes.rglob("*.npy"))):
+        link(path, folder / f"{number}.npy")
+    return folder
+
+
+@pytest.mark.parametrize("is_open", [True, False])
+@pytest.mark.parametrize("link", [os.symlink, os.link])
+def test_links_to_volumes_of_a_blind_study_are_kept_from_view(qtbot, empty_session, tmp_path, is_open, link):
+    study = write_study(tmp_path / "study")
+    links = links_to(study / "volumes", tmp_path / "links", link)
+    if is_open:
+        open_and_wait(qtbot, empty_session, study)
+    else:
+        empty_session.set_annotator_name("anna")
+    # A file with a second name of equal rights lies in no study, as far as anybody can tell.
+    is_told = is_open or link is os.symlink
+    assert bool(empty_session.living.refusal(links)) == is_told
+
+
+def test_a_blind_study_keeps_its_volumes_from_view_though_another_one_is_open(
+    qtbot, empty_session, told, tmp_path
+):
+    study, other = write_study(tmp_path / "study"), write_study(tmp_path / "other", blind=False)
+    empty_session.set_annotator_name("anna")
+    empty_session.predicting.load(save_tiny(tmp_path / "tiny.onnx"))
+    assert empty_session.living.refusal(study / "volumes" / "left side")
+    open_and_wait(qtbot, empty_session, other)
+    empty_session.living.start(study / "volumes" / "left side", Playback(), keeps=False)
+    assert not empty_session.living.is_running
+    assert "kept from you" in told[-1].problem
+
+
+def test_volumes_of_a_study_are_for_those_who_may_see_predictions_of_them(empty_session, tmp_path):
+    study = write_study(tmp_path / "study", blind=False, repeats=False)
+    volumes = study / "volumes" / "left side"
+    empty_session.set_annotator_name("anna")
+    assert empty_session.living.refusal(volumes)
+    for name in IDS:
+        annotate(study, "anna", name)
+    assert empty_session.living.refusal(volumes) == ""
+    empty_session.set_annotator_name("rita")
+    assert empty_session.living.refusal(volumes) == ""
+
+
+def test_whoever_would_be_asked_who_they_are_says_so_first(empty_session, tmp_path):
+    study = write_study(tmp_path / "study")
+    volumes = study / "volumes" / "left side"
+    empty_session.set_annotator_name("Anna")
+    empty_session.identifying.is_asked = True
+    assert "does not name Anna" in empty_session.living.refusal(volumes)
+    empty_session.identifying.confirm(study, "Anna")
+    assert empty_session.living.refusal(volumes) == ""
+
+
+def test_a_study_that_cannot_be_read_keeps_its_volumes_from_view(empty_session, tmp_path):
+    study = write_study(tmp_path / "study")
+    (study / "study.toml").write_text("title = ")
+    assert "cannot be read" in empty_session.living.refusal(study / "volumes" / "left side")
+
+
+def test_a_volume_that_is_linked_to_meanwhile_ends_it_unnamed(qtbot, empty_session, told, tmp_path):
+    study = write_study(tmp_path / "study")
+    empty_session.set_annotator_name("anna")
+    empty_session.predicting.load(save_tiny(tmp_path / "tiny.onnx"))
+    incoming = tmp_path / "incoming"
+    incoming.mkdir()
+    living = empty_session.living
+    living.start(incoming, None, keeps=False)
+    qtbot.waitUntil(lambda: living.is_ready, timeout=30_000)
+    with qtbot.waitSignal(living.kept_from_view, timeout=30_000):
+        (incoming / "porcine-liver.npy").symlink_to(study / "volumes" / "left side" / "porcine-liver.npy")
+    assert not living.is_running
+    assert not any("porcine" in str(error) for error in told)
+
+
+def test_what_a_run_that_has_ended_left_is_withdrawn_as_well(qtbot, empty_session, told, tmp_path):
+    study = write_study(tmp_path / "study")
+    empty_session.predicting.load(save_tiny(tmp_path / "tiny.onnx"))
+    empty_session.set_annotator_name("rita")
+    empty_session.living.start(study, None, keeps=False)
+    empty_session.living.stop()
+    empty_session.set_annotator_name("anna")
+    with qtbot.waitSignal(empty_session.living.kept_from_view):
+        open_and_wait(qtbot, empty_session, study)
 
 
 def test_without_a_checkpoint_nothing_starts(empty_session, told, tmp_path):

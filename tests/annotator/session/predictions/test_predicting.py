@@ -433,15 +433,42 @@ class TestBlind:
         noted = load_annotation(annotating.annotation_path)[0].viewings
         assert {(viewing.shown, viewing.status) for viewing in noted} >= {("predictions", "done")}
 
-    def test_whoever_may_look_and_does_may_start(self, qtbot, annotating, folder):
+    def test_nothing_starts_from_it_either_where_one_may_look_and_does(self, qtbot, annotating, folder):
         save_study(changed(load_study(folder), viewing=ViewingRules(may_look=True)), folder)
         opened(qtbot, annotating, folder, "anna")
-        annotating.predicting.start_from_prediction()
-        assert not annotating.document.positions_um
+        said = messages_of(annotating)
         assert annotating.seeing.look_anyway()
         annotating.predicting.start_from_prediction()
-        assert annotating.document.positions_um
-        assert {viewing.shown for viewing in annotating.viewings} == {"annotations", "predictions"}
+        assert not annotating.document.positions_um
+        assert "in blind work no annotation starts from a prediction" in said[-1]
+        annotating.toggle_layer("prediction")
+        assert annotating.predicting.shown is not None
+
+    def test_whether_one_may_start_does_not_tell_what_is_predicted(self, qtbot, annotating):
+        assert annotating.predicting.prediction is not None
+        reason = annotating.predicting.start_refusal
+        annotating.open_item(1)
+        qtbot.waitUntil(lambda: annotating.current_index == 1)
+        settle(qtbot, annotating)
+        assert annotating.predicting.prediction is None
+        assert annotating.predicting.start_refusal == reason != ""
+
+    def test_what_was_asked_for_on_a_volume_that_is_not_done_is_shown_on_the_next_that_is(
+        self, qtbot, annotating, checkpoint
+    ):
+        predict(qtbot, annotating, [1])
+        annotating.open_item(1)
+        qtbot.waitUntil(lambda: annotating.current_index == 1)
+        annotating.place((1000.0, 2000.0, 3000.0), keypoint="k0")
+        annotating.set_status("done")
+        annotating.open_item(0)
+        qtbot.waitUntil(lambda: annotating.current_index == 0)
+        settle(qtbot, annotating)
+        annotating.look(layers=annotating.view.layers - {"prediction"})
+        annotating.predicting.load(checkpoint)
+        assert "prediction" not in annotating.view.layers
+        annotating.open_item(1)
+        qtbot.waitUntil(lambda: annotating.predicting.shown is not None)
 
     def test_failures_are_told_in_neutral_words(self, qtbot, annotating, folder, network):
         save_study(changed(load_study(folder), blind=True), folder)
