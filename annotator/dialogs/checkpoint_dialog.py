@@ -59,6 +59,8 @@ class CheckpointDialog(QDialog):
     fit : CheckpointFit
     study_folder : Path, optional
         Of the open study, which one of the commands is about.
+    has_commands : bool
+        Whether the commands are told: they know no rules of blind work, and tell anybody everything.
     is_new : bool
         Whether it has just been made.
     """
@@ -70,6 +72,7 @@ class CheckpointDialog(QDialog):
         *,
         fit: CheckpointFit = CheckpointFit(),
         study_folder: Path | None = None,
+        has_commands: bool = True,
         is_new: bool = False,
     ) -> None:
         super().__init__(parent)
@@ -88,7 +91,7 @@ class CheckpointDialog(QDialog):
         self._commands = named(QPlainTextEdit(commands), "checkpoint_commands", title="Commands that use it")
         self._commands.setReadOnly(True)
         metrics = self.fontMetrics()
-        self._commands.setMinimumWidth(metrics.averageCharWidth() * _COLUMNS)
+        self.setMinimumWidth(metrics.averageCharWidth() * _COLUMNS)
         self._commands.setFixedHeight(metrics.lineSpacing() * _ROWS)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         use = buttons.addButton(
@@ -96,8 +99,9 @@ class CheckpointDialog(QDialog):
         )
         named(use, "checkpoint_use", tooltip="Let it predict, and show what it says over the volumes")
         use.setEnabled(fit.is_usable and not fit.is_in_use)
-        copy = buttons.addButton("&Copy the commands", QDialogButtonBox.ButtonRole.ActionRole)
-        named(copy, "checkpoint_copy").clicked.connect(self._on_copy_clicked)
+        if has_commands:
+            copy = buttons.addButton("&Copy the commands", QDialogButtonBox.ButtonRole.ActionRole)
+            named(copy, "checkpoint_copy").clicked.connect(self._on_copy_clicked)
         named(buttons.button(QDialogButtonBox.StandardButton.Close), "checkpoint_close")
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
@@ -106,8 +110,9 @@ class CheckpointDialog(QDialog):
         kind = f"The checkpoint {name} is made" if is_new else f"{name} is a checkpoint, a trained network"
         layout.addWidget(Heading(kind, name="checkpoint_heading"))
         layout.addLayout(facts)
-        layout.addWidget(WrappedText(_HOW))
-        layout.addWidget(self._commands)
+        if has_commands:
+            layout.addWidget(WrappedText(_HOW))
+            layout.addWidget(self._commands)
         layout.addStretch(1)
         layout.addWidget(buttons)
         if use.isEnabled():

@@ -308,7 +308,8 @@ class Questions(QObject):
         from annotator.dialogs.checkpoint_dialog import CheckpointDialog, CheckpointFit  # late: few open one
 
         worklist, predicting = self._session.worklist, self._session.predicting
-        folder = None if worklist.study is None or worklist.is_blind else worklist.folder
+        folder = None if worklist.study is None else worklist.folder
+        is_kept_from_view = worklist.is_blind or bool(self._session.agreeing.refusal)
         current = predicting.current
         fit = CheckpointFit(
             predicting.unfitness(checkpoint),
@@ -317,7 +318,14 @@ class Questions(QObject):
             is_in_use=current is not None and current.sha256 == checkpoint.sha256,
             is_volume_open=self._session.volume is not None,
         )
-        dialog = CheckpointDialog(checkpoint, self._window, fit=fit, study_folder=folder, is_new=is_new)
+        dialog = CheckpointDialog(
+            checkpoint,
+            self._window,
+            fit=fit,
+            study_folder=folder,
+            has_commands=folder is None or not is_kept_from_view,
+            is_new=is_new,
+        )
         dialog.accepted.connect(lambda: predicting.load(checkpoint))
         self.show(dialog)
 

@@ -3,8 +3,9 @@
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
-from PySide6.QtWidgets import QFileDialog, QLabel, QPlainTextEdit
+from PySide6.QtWidgets import QFileDialog, QLabel, QPlainTextEdit, QPushButton
 
+from annotations.documents.study import ViewingRules
 from annotator.dialogs.annotating.conversion_dialog import ConversionDialog
 from annotator.dialogs.checkpoint_dialog import CheckpointDialog
 from annotator.dialogs.error_dialog import ErrorDialog
@@ -121,17 +122,29 @@ def test_a_checkpoint_says_what_it_is_and_leaves_the_rest_alone(person, session,
     assert not settings.recent_paths
 
 
-@pytest.mark.parametrize("blind", [True, False])
-def test_the_open_study_is_in_the_commands_unless_it_is_blind(
-    qtbot, make_window, empty_session, person_at, tmp_path, made, blind
+@pytest.mark.parametrize(
+    ("person", "rules", "is_told"),
+    [
+        ("anna", {"blind": True}, False),
+        ("anna", {"blind": False}, False),
+        ("anna", {"blind": False, "viewing": ViewingRules(others="always")}, True),
+        ("rita", {"blind": True}, True),
+    ],
+)
+def test_commands_about_the_open_study_are_told_to_whoever_does_not_work_blind(
+    qtbot, make_window, empty_session, person_at, tmp_path, made, person, rules, is_told
 ):
-    folder = write_study(tmp_path / "study", blind=blind)
-    empty_session.set_annotator_name("anna")
+    folder = write_study(tmp_path / "study", **rules)
+    empty_session.set_annotator_name(person)
+    # As whoever has been asked.
+    empty_session.identifying.confirm(folder, person)
     visitor = person_at(make_window(empty_session))
     visitor.window.open_path(folder)
     qtbot.waitUntil(lambda: empty_session.volume is not None)
     visitor.window.open_path(made)
     dialog = visitor.dialog(CheckpointDialog)
-    commands = dialog.findChild(QPlainTextEdit, "checkpoint_commands").toPlainText()
-    assert (str(folder) in commands) == (not blind)
+    commands = dialog.findChild(QPlainTextEdit, "checkpoint_commands")
+    assert (commands is not None) == is_told
+    assert commands is None or str(folder) in commands.toPlainText()
+    assert (dialog.findChild(QPushButton, "checkpoint_copy") is not None) == is_told
     visitor.click(dialog, "checkpoint_close")

@@ -178,7 +178,7 @@ def test_where_nobody_sees_the_others_the_rules_hold_for_what_is_done(
     want(qtbot, empty_session)
 
     assert empty_session.others.shown == ()
-    assert "do not see" in empty_session.others.reason
+    assert "neither each other" in empty_session.others.reason
 
 
 def test_what_cannot_be_written_down_is_not_shown(
