@@ -265,8 +265,8 @@ class Living(QObject):
         self.failed.emit(UserError(refusal))
 
     def _on_seeing_permission_changed(self) -> None:
-        # Of a run that has ended the last picture may still be there.
-        if self._folder is not None:
+        # A run that has ended may have left its picture. What studies that are not open say has not changed.
+        if self._folder is not None and self._session.worklist.study is not None:
             self._kept = self._kept_volumes()
             if refusal := self.refusal(self._folder):
                 self._keep_from_view(refusal)
