@@ -78,6 +78,10 @@ def read_path(
     # Of a study's own folder as well, in which no study lies as a rule.
     folder = study_folder_of(path / STUDY_FILE)
     if folder is None:
+        # A link from outside would lead around the study's rules.
+        path = path.resolve()
+        folder = study_folder_of(path / STUDY_FILE)
+    if folder is None:
         return read_worklist(path, annotator, method)
     study = load_study(folder)
     if study.annotators and not study.names(annotator) and not is_settled(folder, annotator):

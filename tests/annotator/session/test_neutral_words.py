@@ -1,5 +1,6 @@
 """In blind work no text says what a volume is called, nor that two numbers are one volume."""
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -121,6 +122,18 @@ def test_paths_into_a_blind_study_are_refused_without_a_word_of_them(folder: Pat
     assert read_path(folder, "anna", "keypoints").is_blind
     assert read_path(folder / "study.toml", "anna", "keypoints").is_blind
     assert read_path(own, "zoe", "keypoints").items[0].annotation_path == own
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege")
+def test_a_link_from_outside_does_not_lead_around_a_studys_rules(folder: Path, tmp_path: Path) -> None:
+    link = tmp_path / "elsewhere" / "scan.npy"
+    link.parent.mkdir()
+    link.symlink_to(folder / "volumes" / "left side" / "first.npy")
+    with pytest.raises(KeptFromView, match="queue"):
+        read_path(link, "anna", "keypoints")
+    whole = tmp_path / "elsewhere" / "study"
+    whole.symlink_to(folder)
+    assert read_path(whole, "anna", "keypoints").is_blind
 
 
 def test_a_volume_of_an_open_study_leads_to_what_is_left_of_it_in_the_queue(tmp_path: Path) -> None:
