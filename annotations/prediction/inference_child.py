@@ -130,7 +130,7 @@ class InferenceChild:
             code = 0
         self._threads[1].join(_PATIENCE_S)
         if code == -getattr(signal, "SIGKILL", 9):
-            return _out_of_memory("the system has ended it, as it does where the memory is full")
+            return _out_of_memory("it was killed, by the system where the memory is full, or by somebody")
         last = next((line for line in reversed(self._said) if line), "")
         reason = f"signal {-code}" if code < 0 else f"code {code}"
         reason = f"{reason}: {last}" if last else reason

@@ -1,4 +1,4 @@
-"""A volume that has come, and is whole."""
+"""A volume that has come, and is whole; and what else a look at a source of volumes finds."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,6 +36,21 @@ class Arrival:
 
 
 @dataclass(frozen=True)
+class Unfinished:
+    """A volume that has been coming for a while, and is not whole yet.
+
+    Attributes
+    ----------
+    volume_path : Path
+    share : float or None
+        How much of its values there is, from 0 to 1; None where its file does not tell.
+    """
+
+    volume_path: Path
+    share: float | None
+
+
+@dataclass(frozen=True)
 class News:
     """What a look at a source of volumes has found.
 
@@ -45,6 +60,8 @@ class News:
         Oldest first.
     errors : tuple of UserError
         Of files that are no volumes, or cannot be read; each is told once.
+    unfinished : tuple of Unfinished
+        All that there are now.
     passed : int
         Volumes that were due and not even opened, because a newer one was due as well.
     is_over : bool
@@ -53,6 +70,7 @@ class News:
 
     arrivals: tuple[Arrival, ...] = ()
     errors: tuple[UserError, ...] = ()
+    unfinished: tuple[Unfinished, ...] = ()
     passed: int = 0
     is_over: bool = False
 

@@ -6,10 +6,12 @@ When a volume is taken to be whole:
   length. One that has it when it is first seen was moved here under its name, or written within milliseconds;
   or its writer has reserved the space and still fills it. It is whole when something was done to it after its
   last write, such as a renaming (its time of change is later than that of its content), else once it has
-  stayed as it is for 30 ms.
+  rested: its size, its times and a few blocks of it stayed as they are.
 - Any other file does not tell how long it will be. It is whole when something was done to it after its last
-  write, or it has stayed as it is for a quarter of a second, and it opens.
-- A Zarr folder is whole when nothing in it has changed for half a second, and it opens.
+  write, or once it has rested, and it opens.
+- A Zarr folder is whole once nothing in it has changed for a while, and it opens.
+
+How long a rest is enough depends on what is known: see `IncomingFolder._rest_s`.
 
 So the sure way to hand a volume over, whatever its format, is to write it under a hidden name (``.v7.npy``),
 or in another folder of the same disk, and then to rename it: it is taken at once, and only when it is whole.
@@ -23,7 +25,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from annotations.errors import UserError
-from annotations.prediction.live.arrival import Arrival, News, arrived
+from annotations.prediction.live.arrival import Arrival, News, Unfinished, arrived
+from annotations.prediction.live.probe import Probe, probe_of
+from annotations.prediction.live.writers import has_writer
 from annotations.volumes import VolumeError
 from annotations.volumes.opening import SUFFIXES, is_zarr
 from annotations.volumes.readers import npy
@@ -32,8 +36,17 @@ from annotations.volumes.volume import unreadable
 QUIET_NPY_S = 0.03
 QUIET_FILE_S = 0.25
 QUIET_FOLDER_S = 0.5
+QUIET_HELD_S = 0.5
+"""Of a file that somebody has open for writing."""
+QUIET_BLANK_S = 1.0
+"""Of one that has its length, but perhaps not its values."""
 PATIENCE_S = 1.0
 """How long a file that cannot be opened is taken for one that is still being written."""
+ABANDONED_S = 10.0
+"""How long one that was seen being written, or that is open for writing and not filled yet."""
+_RESTS_PER_PAUSE = 4.0
+_LONGEST_REST_S = 2.0
+"""Asked of a file because of the pauses of its writer."""
 
 _TICK_NS = 1_000_000
 
@@ -71,13 +84,38 @@ class _Entry:
     since_s: float
     """Of the look before the one that noticed the state: the change was later than that."""
     noticed_s: float
+    begun_s: float
+    """When the first of the changes that led to the state was noticed."""
     is_timed: bool
     is_settled: bool = False
     """Whether it was handed out, or its error told, or it was there before."""
+    was_settled: bool = False
+    """Whether that is so of what the same file held before."""
     extent: tuple[int, int] | None = None
     """Lengths in bytes of the header and of the whole, where a NumPy header says so."""
     has_grown: bool = False
     """Whether it was seen with a part of its values."""
+    pause_s: float = 0.0
+    """The longest one between two of its changes; 0 where there was one change only."""
+    probe: Probe | None = None
+
+    def follow(self, before: "_Entry") -> None:
+        """Take over what the same file's last entry knows."""
+        if before.is_settled:
+            self.was_settled = True
+            return
+        self.was_settled, self.begun_s, self.extent = before.was_settled, before.begun_s, before.extent
+        self.pause_s = max(before.pause_s, self.noticed_s - before.noticed_s)
+        header, whole = before.extent or (0, 0)
+        self.has_grown = before.has_grown or header < before.state.size < whole
+
+    @property
+    def share(self) -> float | None:
+        """How much of its values there is, of one that grows."""
+        if self.extent is None or self.state.size >= self.extent[1]:
+            return None
+        header, whole = self.extent
+        return max(0, self.state.size - header) / (whole - header)
 
 
 class IncomingFolder:
@@ -88,10 +126,19 @@ class IncomingFolder:
     folder : Path
     clock : callable, optional
         Gives the time in seconds, as `time.time`.
+
+    Raises
+    ------
+    VolumeError
+        There is no such folder, or it cannot be read.
     """
 
     def __init__(self, folder: Path, clock: Callable[[], float] = time.time) -> None:
         self._folder = folder.absolute()
+        try:
+            os.scandir(self._folder).close()
+        except OSError as error:
+            raise unreadable(self._folder, error) from error
         self._clock = clock
         self._entries: dict[str, _Entry] | None = None
         self._looked_s = 0.0
@@ -129,7 +176,16 @@ class IncomingFolder:
                 if arrival is not None:
                     arrivals.append(arrival)
                     entry.is_settled = True
-        return News(tuple(sorted(arrivals, key=lambda arrival: arrival.appeared_s)), tuple(errors))
+        unfinished = tuple(
+            Unfinished(self._folder / name, entry.share)
+            for name, entry in entries.items()
+            if not entry.is_settled and now_s - entry.begun_s >= PATIENCE_S
+        )
+        return News(
+            tuple(sorted(arrivals, key=lambda arrival: arrival.appeared_s)),
+            tuple(errors),
+            unfinished=unfinished,
+        )
 
     def _states(self) -> Iterator[tuple[str, _State]]:
         try:
@@ -144,6 +200,12 @@ class IncomingFolder:
                         continue
                     if state is not None:
                         yield each.name, state
+        except FileNotFoundError as error:
+            raise VolumeError(
+                "the folder that receives the volumes is gone",
+                where=self._folder,
+                remedy="Make it again, or connect its disk, and start the view again",
+            ) from error
         except OSError as error:
             raise unreadable(self._folder, error) from error
 
@@ -166,7 +228,7 @@ class IncomingFolder:
     def _present(self, states: dict[str, _State], now_s: float) -> dict[str, _Entry]:
         newest = max(states, key=lambda name: states[name].moment_s, default=None)
         return {
-            name: _Entry(state, now_s, now_s, is_timed=False, is_settled=name != newest)
+            name: _Entry(state, now_s, now_s, now_s, is_timed=False, is_settled=name != newest)
             for name, state in states.items()
         }
 
@@ -176,39 +238,75 @@ class IncomingFolder:
         if entry is not None and entry.state.has_content_of(state):
             entry.state = state
             return
-        fresh = _Entry(state, self._looked_s, now_s, is_timed=True)
-        if entry is not None and entry.state.inode == state.inode and not entry.is_settled:
-            fresh.extent = entry.extent
-            header, whole = entry.extent or (0, 0)
-            fresh.has_grown = entry.has_grown or header < entry.state.size < whole
+        fresh = _Entry(state, self._looked_s, now_s, now_s, is_timed=True)
+        if entry is not None and entry.state.inode == state.inode:
+            fresh.follow(entry)
         self._entries[name] = fresh
 
     def _whole(self, name: str, entry: _Entry, now_s: float) -> Arrival | None:
         """Return a volume that is whole, or None where it may not be; raise where it never will be."""
-        path, quiet_s = self._folder / name, now_s - entry.noticed_s
+        path = self._folder / name
         try:
-            if not self._may_be_whole(path, entry, quiet_s):
+            if not self._may_be_whole(path, entry, now_s):
                 return None
             return arrived(path, self._appeared_s(entry), is_timed=entry.is_timed)
         except FileNotFoundError:
             return None
         except (VolumeError, OSError) as error:
-            if quiet_s < PATIENCE_S or not path.exists():
+            patience_s = PATIENCE_S if entry.pause_s == 0 else ABANDONED_S
+            if now_s - entry.noticed_s < patience_s or not path.exists():
                 return None
             raise error if isinstance(error, UserError) else unreadable(path, error) from error
 
-    def _may_be_whole(self, path: Path, entry: _Entry, quiet_s: float) -> bool:
+    def _may_be_whole(self, path: Path, entry: _Entry, now_s: float) -> bool:
         state = entry.state
-        if state.is_folder:
-            return quiet_s >= QUIET_FOLDER_S
-        if entry.extent is None:
+        if state.size == 0:
+            return False
+        if not state.is_folder and entry.extent is None:
             entry.extent = _npy_extent(path)
-        if entry.extent is None:
-            return state.is_moved_in or quiet_s >= QUIET_FILE_S
-        if state.size < entry.extent[1]:
-            # Given up after a while: opening it says what is wrong.
-            return quiet_s >= PATIENCE_S
-        return state.is_moved_in or entry.has_grown or quiet_s >= QUIET_NPY_S
+        if entry.extent is not None and (state.size < entry.extent[1] or entry.has_grown):
+            return state.size >= entry.extent[1]
+        if not state.is_folder and state.is_moved_in:
+            return True
+        if entry.probe is None and entry.extent is not None:
+            entry.probe = probe_of(path, *entry.extent)
+        quiet_s = now_s - entry.noticed_s
+        if quiet_s < QUIET_NPY_S or quiet_s < self._rest_s(path, entry):
+            return False
+        if entry.extent is None or (probe := probe_of(path, *entry.extent)) == entry.probe:
+            return True
+        # Written through a mapping, which the times of a file do not tell everywhere.
+        entry.probe, entry.pause_s = probe, max(entry.pause_s, quiet_s)
+        entry.since_s, entry.noticed_s = self._looked_s, now_s
+        return False
+
+    def _rest_s(self, path: Path, entry: _Entry) -> float:
+        """Return for how long a file has to stay as it is before it is taken to be whole.
+
+        Several times the longest pause that its writer has made so far, up to `_LONGEST_REST_S`; and at least
+
+        - `ABANDONED_S` where somebody has it open for writing, and an end of it is still blank,
+        - `QUIET_HELD_S` where somebody has it open for writing, and that is not so,
+        - `QUIET_BLANK_S` where an end is blank, and nobody can say who has it open, or parts are not stored,
+        - `QUIET_FILE_S` where what it held before was shown already, and nobody can say who has it open,
+        - else what is usual for its kind.
+        """
+        if entry.state.is_folder:
+            least_s = QUIET_FOLDER_S
+        else:
+            is_held = has_writer(path)
+            probe = entry.probe
+            is_blank = probe is not None and probe.is_blank_at_an_end
+            has_holes = probe is not None and probe.has_holes
+            if is_held:
+                least_s = ABANDONED_S if is_blank else QUIET_HELD_S
+            elif is_blank and (is_held is None or has_holes):
+                least_s = QUIET_BLANK_S
+            elif entry.extent is None or (is_held is None and entry.was_settled):
+                least_s = QUIET_FILE_S
+            else:
+                least_s = QUIET_NPY_S
+        return max(least_s, min(_RESTS_PER_PAUSE * entry.pause_s, _LONGEST_REST_S))
 
     def _appeared_s(self, entry: _Entry) -> float:
         """Return when it became what it is: by its file system, as far as that fits what was seen."""

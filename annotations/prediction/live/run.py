@@ -18,6 +18,7 @@ from annotations.prediction.inference_child import InferenceCrashed
 from annotations.prediction.live.arrival import Arrival, News
 from annotations.prediction.live.frame import LiveFrame
 from annotations.prediction.live.statistics import LiveCounts, LiveStatistics
+from annotations.prediction.live.voxel_grids import Shape, VoxelGrid, VoxelGrids
 from annotations.volumes import SpacingUm
 
 LOOK_EVERY_S = 0.003
@@ -25,8 +26,6 @@ _SHARE_OF_LOOKING = 0.25
 """Of a processor's time at most, however many files a folder has."""
 _MOST_CRASHES = 3
 """In a row, before the run is given up."""
-
-Shape = tuple[int, int, int]
 
 
 class Source(Protocol):
@@ -61,21 +60,6 @@ class Network(Protocol):
 
 
 @dataclass(frozen=True)
-class VoxelGrid:
-    """What a person says of volumes that do not say it themselves.
-
-    Attributes
-    ----------
-    spacing_um : (float, float, float)
-        Between voxels along axes 0, 1, 2.
-    depth_axis : int
-    """
-
-    spacing_um: SpacingUm
-    depth_axis: int
-
-
-@dataclass(frozen=True)
 class Listener:
     """Who is told; called from the run's threads, and not to wait in there.
 
@@ -83,18 +67,21 @@ class Listener:
     ----------
     ready : callable
         The network is ready: volumes are shown from now on.
+    restarting : callable
+        It has crashed, and is being made ready anew; ``ready`` follows.
     frame_came : callable
         `LiveRun.take` has a frame.
     failed : callable
         Told of a volume that cannot be shown, or of a crash; the run goes on.
     grid_needed : callable
         Nobody says how far apart the voxels of a volume are: asked once for each shape, answer with
-        `LiveRun.tell_grid`. Such volumes are left out until then.
+        `LiveRun.tell_grid` or `LiveRun.decline_grid`. Such volumes wait until then.
     ended : callable
         The run is over: with the error that ended it, or None.
     """
 
     ready: Callable[[], object]
+    restarting: Callable[[], object]
     frame_came: Callable[[], object]
     failed: Callable[[UserError], object]
     grid_needed: Callable[[Arrival], object]
@@ -127,10 +114,10 @@ class LiveRun:
         self._waiting: Arrival | None = None
         self._frame: tuple[Arrival, LiveFrame] | None = None
         self._taken: Arrival | None = None
-        self._grids: dict[Shape, VoxelGrid] = {}
-        self._asked: dict[Shape, Arrival] = {}
         self._counts = LiveCounts()
+        self._grids = VoxelGrids(self._counts)
         self._crashes = 0
+        self._cannot_keep = self._has_told_of_gone = False
         self._error: Exception | None = None
         self._threads = [
             threading.Thread(target=self._watch, name="live-watch", daemon=True),
@@ -160,15 +147,27 @@ class LiveRun:
         return any(thread.is_alive() for thread in self._threads)
 
     def tell_grid(self, shape: Shape, grid: VoxelGrid) -> None:
-        """Answer `Listener.grid_needed` for all volumes of a shape."""
+        """Answer `Listener.grid_needed` for all volumes of a shape: the newest that waits is shown."""
         with self._lock:
-            self._grids[shape] = grid
-            held = self._asked.get(shape)
-            if held is not None and self._waiting is None:
+            held = self._grids.answer(shape, grid)
+            if held is None:
+                return
+            if self._waiting is None:
                 # How long the answer took is nobody's latency.
                 self._waiting = replace(held, is_timed=False)
-                self._counts.skipped -= 1
                 self._lock.notify_all()
+            else:
+                self._counts.dropped += 1
+
+    def decline_grid(self, shape: Shape) -> None:
+        """Answer `Listener.grid_needed`: no volume of this shape is shown."""
+        with self._lock:
+            self._grids.decline(shape)
+
+    def put_grid_off(self, shape: Shape) -> None:
+        """Drop the volumes of a shape that wait; the next one that comes is asked about again."""
+        with self._lock:
+            self._grids.put_off(shape)
 
     def take(self) -> LiveFrame | None:
         """Return the newest frame that was not taken yet; say with `note_shown` when it is on screen."""
@@ -196,6 +195,7 @@ class LiveRun:
         return self._stops
 
     def _watch(self) -> None:
+        has_looked = False
         while not self._stops:
             begun_s = time.monotonic()
             try:
@@ -203,6 +203,10 @@ class LiveRun:
             except Exception as error:  # noqa: BLE001 - a person has to hear of it, whatever it is
                 self._give_up(error)
                 return
+            if not has_looked:
+                # Not before: what comes from now on is new to the source.
+                has_looked = True
+                self._listener.ready()
             self._receive(news)
             if news.is_over:
                 break
@@ -215,11 +219,12 @@ class LiveRun:
     def _receive(self, news: News) -> None:
         for error in news.errors:
             self._listener.failed(error)
-        if not (news.arrivals or news.errors or news.passed):
+        if not (news.arrivals or news.errors or news.passed or news.unfinished or self._counts.unfinished):
             return
         with self._lock:
             self._counts.skipped += len(news.errors)
             self._counts.dropped += news.passed
+            self._counts.unfinished = news.unfinished
             for arrival in news.arrivals:
                 self._counts.dropped += self._waiting is not None
                 self._waiting = arrival
@@ -228,7 +233,6 @@ class LiveRun:
     def _work(self) -> None:
         try:
             self._network.start(self._is_stopped)
-            self._listener.ready()
             self._threads[0].start()
             while (arrival := self._next()) is not None:
                 self._show(arrival)
@@ -255,8 +259,12 @@ class LiveRun:
             return None
 
     def _show(self, arrival: Arrival) -> None:
-        grid = self._grid_of(arrival)
+        with self._lock:
+            grid = self._grids.of(arrival)
+            is_new = self._grids.is_new(arrival)
         if grid is None:
+            if is_new:
+                self._listener.grid_needed(arrival)
             return
         try:
             frame = self._network.look(
@@ -266,37 +274,83 @@ class LiveRun:
                 depth_axis=grid.depth_axis,
                 cancelled=self._is_stopped,
             )
-            self._crashes = 0
-            self._hand_out(arrival, frame)
-            if self._keep_in is not None:
-                self._network.keep(self._keep_in, self._is_stopped)
         except InferenceCrashed as error:
-            self._crashes += 1
-            if self._crashes >= _MOST_CRASHES:
-                raise
-            self._listener.failed(error)
             with self._lock:
                 self._counts.skipped += 1
-                self._counts.restarts += 1
+            self._restart(arrival, error)
         except CheckpointError:
             raise
         except UserError as error:
-            self._listener.failed(error)
-            with self._lock:
-                self._counts.skipped += 1
+            if arrival.volume_path.exists():
+                self._listener.failed(error)
+                with self._lock:
+                    self._counts.skipped += 1
+            else:
+                self._pass_over_gone(arrival)
+        else:
+            self._crashes = 0
+            self._hand_out(arrival, frame)
+            if self._keep_in is not None:
+                self._keep(arrival, self._keep_in)
 
-    def _grid_of(self, arrival: Arrival) -> VoxelGrid | None:
-        if arrival.spacing_um is not None:
-            return VoxelGrid(arrival.spacing_um, arrival.depth_axis)
+    def _restart(self, arrival: Arrival, error: InferenceCrashed) -> None:
+        """Make the network ready anew; or give up, where it has crashed too often."""
+        while True:
+            self._crashes += 1
+            if self._crashes >= _MOST_CRASHES:
+                raise InferenceCrashed(
+                    f"{error.problem}, {self._crashes} times one after the other; this volume was the last "
+                    "that it was given",
+                    where=arrival.volume_path,
+                    remedy="Close other programs, and start the view again; if it is always this volume, "
+                    "take it out of the folder",
+                ) from error
+            self._listener.failed(
+                InferenceCrashed(error.problem, where=arrival.volume_path, remedy="It is being started anew")
+            )
+            self._listener.restarting()
+            with self._lock:
+                self._counts.restarts += 1
+            try:
+                self._network.start(self._is_stopped)
+            except InferenceCrashed as again:
+                error = again
+            else:
+                self._listener.ready()
+                return
+
+    def _pass_over_gone(self, arrival: Arrival) -> None:
         with self._lock:
-            grid = self._grids.get(arrival.shape)
-            is_asked = arrival.shape in self._asked
-            if grid is None:
-                self._asked[arrival.shape] = arrival
-                self._counts.skipped += 1
-        if grid is None and not is_asked:
-            self._listener.grid_needed(arrival)
-        return grid
+            self._counts.dropped += 1
+        if not self._has_told_of_gone:
+            self._has_told_of_gone = True
+            self._listener.failed(
+                UserError(
+                    "it was gone before it was read",
+                    where=arrival.volume_path,
+                    remedy="Such volumes count as dropped, and this is told once: let them stay longer",
+                )
+            )
+
+    def _keep(self, arrival: Arrival, folder: Path) -> None:
+        """Have the prediction written; that it cannot be is told once, until it can again."""
+        try:
+            self._network.keep(folder, self._is_stopped)
+        except InferenceCrashed as error:
+            self._restart(arrival, error)
+        except UserError as error:
+            if not self._cannot_keep:
+                self._cannot_keep = True
+                self._listener.failed(
+                    UserError(
+                        f"predictions are not kept: {error.problem}",
+                        where=error.where,
+                        remedy="The volumes are shown all the same, and this is told once: see to the "
+                        "folder, or start the view without keeping them",
+                    )
+                )
+        else:
+            self._cannot_keep = False
 
     def _hand_out(self, arrival: Arrival, frame: LiveFrame) -> None:
         with self._lock:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from annotations.prediction.live.arrival import Unfinished
+
 WINDOW_S = 2.0
 """Over which frames a second are counted."""
 LATENCIES = 600
@@ -20,31 +22,38 @@ class LiveStatistics:
     shown : int
         Volumes that were shown since it began.
     dropped : int
-        Those that were not, because a newer one was there before they had their turn.
+        Those that were not, because a newer one was there before they had their turn, or they were gone.
     skipped : int
         Those that could not be shown: the errors say why.
+    waiting : int
+        Those that wait until somebody says how far apart their voxels are.
     restarts : int
         How often the process that runs the network was started anew.
     rate_hz : float
         Frames a second by now; 0 where none came of late.
     latency_s, latency_p99_s : float or None
         Median and 99th percentile of the time from a volume's appearance to its pose on screen.
+    unfinished : tuple of Unfinished
+        Volumes that are still being written by now.
     """
 
     shown: int = 0
     dropped: int = 0
     skipped: int = 0
+    waiting: int = 0
     restarts: int = 0
     rate_hz: float = 0.0
     latency_s: float | None = None
     latency_p99_s: float | None = None
+    unfinished: tuple[Unfinished, ...] = ()
 
 
 class LiveCounts:
     """Counts what becomes of the volumes; for one thread at a time."""
 
     def __init__(self) -> None:
-        self.dropped = self.skipped = self.restarts = 0
+        self.dropped = self.skipped = self.waiting = self.restarts = 0
+        self.unfinished: tuple[Unfinished, ...] = ()
         self._shown = 0
         self._moments_s: deque[float] = deque()
         self._latencies_s: deque[float] = deque(maxlen=LATENCIES)
@@ -69,8 +78,10 @@ class LiveCounts:
             self._shown,
             self.dropped,
             self.skipped,
+            self.waiting,
             self.restarts,
             rate_hz,
             None if median is None else float(median),
             None if p99 is None else float(p99),
+            self.unfinished,
         )

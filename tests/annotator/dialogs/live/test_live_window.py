@@ -1,6 +1,7 @@
 """A person watches volumes as they come, in the live view's window."""
 
 import os
+import shutil
 import signal
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from PySide6.QtWidgets import (
 from annotations.errors import UserError
 from annotations.geometry.tool_library import shipped_tools
 from annotations.prediction import inference_child
+from annotations.prediction.live import run as run_module
 from annotations.prediction.live.frame import FrameTimes, LiveFrame
 from annotations.prediction.prediction import Confidence, FittedPose, PredictedKeypoint
 from annotations.volumes import write_folder_answer
@@ -42,6 +44,10 @@ def slow(*given):
     time.sleep(0.5)
     return real(*given)
 w.fit_prediction = slow
+"""
+CRASHING = """
+import os
+w.sample_volume = lambda *given: os._exit(3)
 """
 
 
@@ -214,6 +220,89 @@ def test_a_crash_is_told_and_survived(qtbot, window, folder, monkeypatch):
     assert process_id(window) != first
 
 
+def test_over_the_last_picture_stands_that_the_network_is_started_anew(qtbot, window, folder, monkeypatch):
+    start(qtbot, window, folder, monkeypatch)
+    put(folder, "v1.npy")
+    wait_for(qtbot, window, "v1.npy")
+    assert window.projections.note == ""
+    before = window.projections.grab().toImage()
+
+    window._living._on_run_restarting()
+
+    assert "started anew" in window.projections.note
+    assert window.projections.grab().toImage() != before
+    window._living._on_run_ready()
+    assert window.projections.note == ""
+    assert window.projections.grab().toImage() == before
+
+
+def test_a_network_that_crashes_again_and_again_stops_the_view_which_says_so(
+    qtbot, window, folder, monkeypatch
+):
+    # Each start of a process takes a while.
+    monkeypatch.setattr(run_module, "_MOST_CRASHES", 2)
+    replace_worker(monkeypatch, CRASHING)
+    start(qtbot, window, folder, monkeypatch)
+    for number in range(2):
+        qtbot.waitUntil(lambda: window._living.is_ready, timeout=PATIENCE_MS)
+        put(folder, f"v{number}.npy")
+        qtbot.waitUntil(
+            lambda: window._living.statistics.skipped == number + 1,  # noqa: B023
+            timeout=PATIENCE_MS,
+        )
+
+    qtbot.waitUntil(lambda: not window._living.is_running, timeout=PATIENCE_MS)
+    last = messages(window).splitlines()[-1]
+    assert "The live view has stopped" in last
+    assert "v1.npy" in last
+    assert "2 times one after the other" in last
+    assert "start the view again" in last
+    assert "has stopped" in window.projections.note
+
+
+def test_a_folder_that_is_deleted_stops_the_view_which_says_so(qtbot, window, folder, monkeypatch):
+    start(qtbot, window, folder, monkeypatch)
+    for number in range(3):
+        put(folder, f"v{number}.npy")
+        wait_for(qtbot, window, f"v{number}.npy")
+    assert window._living.statistics.rate_hz > 0
+
+    shutil.rmtree(folder)
+
+    qtbot.waitUntil(lambda: not window._living.is_running, timeout=PATIENCE_MS)
+    assert "The live view has stopped" in messages(window)
+    assert "the folder that receives the volumes is gone" in messages(window)
+    assert text(window, "live_rate") == "0.0"
+    assert "has stopped" in window.projections.note
+
+
+def test_a_folder_that_is_not_there_is_told_at_once(window, tmp_path, monkeypatch):
+    choose(window, tmp_path / "absent", monkeypatch)
+    click(window, "live_start")
+
+    assert "does not exist" in messages(window)
+    assert not window._living.is_running
+
+
+def test_a_file_that_is_still_being_written_is_told_until_it_is_shown(qtbot, window, folder, monkeypatch):
+    np.save(folder / ".whole.npy", voxels())
+    content = (folder / ".whole.npy").read_bytes()
+    words = window.findChild(QLabel, "live_unfinished")
+    start(qtbot, window, folder, monkeypatch)
+    with (folder / "slow.npy").open("wb") as stream:
+        stream.write(content[:1500])
+        stream.flush()
+        qtbot.waitUntil(words.isVisible, timeout=PATIENCE_MS)
+        assert words.text() == f"Still being written, or cut short: {folder / 'slow.npy'} (71%)"
+        assert text(window, "live_skipped") == "0"
+        stream.write(content[1500:])
+
+    wait_for(qtbot, window, "slow.npy")
+    qtbot.waitUntil(lambda: not words.isVisible(), timeout=PATIENCE_MS)
+    assert messages(window) == ""
+    assert text(window, "live_skipped") == "0"
+
+
 def test_a_half_written_file_is_not_read_and_a_wrong_one_is_told(qtbot, window, folder, monkeypatch):
     start(qtbot, window, folder, monkeypatch)
     np.save(folder / ".whole.npy", voxels())
@@ -264,15 +353,45 @@ def test_the_spacing_that_no_file_says_is_asked_for_once(qtbot, window, folder, 
     wait_for(qtbot, window, "v3.npy")
 
 
-def test_whoever_does_not_know_the_spacing_sees_nothing(qtbot, window, folder, monkeypatch):
-    (folder / "volumes.toml").unlink()
-    put(folder, "v1.npy")
+def questions(window):
+    return [dialog for dialog in window.findChildren(SpacingDialog) if dialog.isVisible()]
+
+
+def test_whoever_does_not_know_the_spacing_of_one_file_sees_the_others(qtbot, window, folder, monkeypatch):
+    put(folder, "stray.npy", np.zeros((2, 2, 2), dtype=np.uint8))
     start(qtbot, window, folder, monkeypatch)
-    qtbot.waitUntil(lambda: window.findChild(SpacingDialog) is not None, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: len(questions(window)) == 1, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: text(window, "live_waiting") == "1", timeout=PATIENCE_MS)
+    assert text(window, "live_skipped") == "0"
 
-    window.findChild(SpacingDialog).reject()
+    questions(window)[0].reject()
 
-    assert not window._living.is_running
+    assert "Volumes of 2 × 2 × 2 voxels" in messages(window)
+    assert "nobody said how far apart" in messages(window)
+    put(folder, "v1.npy")
+    wait_for(qtbot, window, "v1.npy")
+    qtbot.waitUntil(lambda: text(window, "live_skipped") == "1", timeout=PATIENCE_MS)
+    assert text(window, "live_waiting") == "0"
+    put(folder, "another.npy", np.zeros((2, 2, 2), dtype=np.uint8))
+    qtbot.waitUntil(lambda: text(window, "live_skipped") == "2", timeout=PATIENCE_MS)
+    assert questions(window) == []
+
+
+def test_one_question_is_asked_at_a_time(qtbot, window, folder, monkeypatch):
+    start(qtbot, window, folder, monkeypatch)
+    for count in (2, 3):
+        put(folder, f"stray{count}.npy", np.zeros((count, 2, 2), dtype=np.uint8))
+        qtbot.waitUntil(lambda: text(window, "live_waiting") == str(count - 1), timeout=PATIENCE_MS)  # noqa: B023
+    [first] = questions(window)
+
+    first.reject()
+
+    [second] = questions(window)
+    assert second is not first
+    second.reject()
+    assert questions(window) == []
+    assert "3 × 2 × 2" in messages(window)
+    assert window._living.is_running
 
 
 def test_predictions_are_kept_where_that_is_wanted(qtbot, window, sequence, monkeypatch):
@@ -284,6 +403,19 @@ def test_predictions_are_kept_where_that_is_wanted(qtbot, window, sequence, monk
 
     kept = sequence / "predictions" / "Tiny"
     assert (kept / "v2.json").is_file()
+
+
+def test_predictions_that_cannot_be_kept_are_told_once_and_shown(qtbot, window, folder, monkeypatch):
+    (folder / "predictions").write_text("This is no folder")
+    window.findChild(QCheckBox, "live_keeps").setChecked(True)
+    start(qtbot, window, folder, monkeypatch)
+    for number in range(3):
+        put(folder, f"v{number}.npy")
+        wait_for(qtbot, window, f"v{number}.npy")
+
+    qtbot.waitUntil(lambda: text(window, "live_shown") == "3", timeout=PATIENCE_MS)
+    assert messages(window).count("predictions are not kept") == 1
+    assert text(window, "live_skipped") == "0"
 
 
 def test_without_a_checkpoint_it_offers_to_load_one(qtbot, empty_session, folder, monkeypatch):
