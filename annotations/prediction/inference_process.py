@@ -47,6 +47,11 @@ class InferenceProcess:
         self._turn = threading.Lock()
         self._child: InferenceChild | None = None
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether the other process was started, and has ended since: the next call starts another."""
+        return self._child is not None and self._child.has_ended
+
     def start(self, cancelled: Callable[[], bool]) -> None:
         """Start the other process and wait until it is ready, so that the first volume need not.
 

@@ -38,6 +38,10 @@ class Source(Protocol):
 class Network(Protocol):
     """What looks at volumes: `InferenceProcess`, or a stand-in."""
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether it was ready, and has ended since."""
+
     def start(self, cancelled: Callable[[], bool]) -> None:
         """Get ready."""
 
@@ -117,6 +121,7 @@ class LiveRun:
         self._counts = LiveCounts()
         self._grids = VoxelGrids(self._counts)
         self._crashes = 0
+        self._given: Path | None = None
         self._cannot_keep = self._has_told_of_gone = False
         self._error: Exception | None = None
         self._threads = [
@@ -266,6 +271,9 @@ class LiveRun:
             if is_new:
                 self._listener.grid_needed(arrival)
             return
+        if self._network.has_ended:
+            self._restart(InferenceCrashed("the process that runs the network has ended unexpectedly"))
+        self._given = arrival.volume_path
         try:
             frame = self._network.look(
                 arrival.volume_path,
@@ -277,7 +285,7 @@ class LiveRun:
         except InferenceCrashed as error:
             with self._lock:
                 self._counts.skipped += 1
-            self._restart(arrival, error)
+            self._restart(error)
         except CheckpointError:
             raise
         except UserError as error:
@@ -291,9 +299,9 @@ class LiveRun:
             self._crashes = 0
             self._hand_out(arrival, frame)
             if self._keep_in is not None:
-                self._keep(arrival, self._keep_in)
+                self._keep(self._keep_in)
 
-    def _restart(self, arrival: Arrival, error: InferenceCrashed) -> None:
+    def _restart(self, error: InferenceCrashed) -> None:
         """Make the network ready anew; or give up, where it has crashed too often."""
         while True:
             self._crashes += 1
@@ -301,12 +309,12 @@ class LiveRun:
                 raise InferenceCrashed(
                     f"{error.problem}, {self._crashes} times one after the other; this volume was the last "
                     "that it was given",
-                    where=arrival.volume_path,
+                    where=self._given,
                     remedy="Close other programs, and start the view again; if it is always this volume, "
                     "take it out of the folder",
                 ) from error
             self._listener.failed(
-                InferenceCrashed(error.problem, where=arrival.volume_path, remedy="It is being started anew")
+                InferenceCrashed(error.problem, where=self._given, remedy="It is being started anew")
             )
             self._listener.restarting()
             with self._lock:
@@ -332,12 +340,12 @@ class LiveRun:
                 )
             )
 
-    def _keep(self, arrival: Arrival, folder: Path) -> None:
+    def _keep(self, folder: Path) -> None:
         """Have the prediction written; that it cannot be is told once, until it can again."""
         try:
             self._network.keep(folder, self._is_stopped)
         except InferenceCrashed as error:
-            self._restart(arrival, error)
+            self._restart(error)
         except UserError as error:
             if not self._cannot_keep:
                 self._cannot_keep = True

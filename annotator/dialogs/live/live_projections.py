@@ -44,6 +44,7 @@ class LiveProjections(QWidget):
         self._bodies: Mapping[str, Mesh] = {}
         self._limits: tuple[float, float] | None = None
         self._words = ""
+        self._note = ""
         self._was_painted = False
         self.setObjectName("live_projections")
         self.setAccessibleName("What the network sees, along each axis")
@@ -82,6 +83,17 @@ class LiveProjections(QWidget):
         self._words = words
         self.update()
 
+    @property
+    def note(self) -> str:
+        """What is said over the frame that is shown."""
+        return self._note
+
+    def show_note(self, note: str) -> None:
+        """Say over the frame why it is not the newest; empty where it is."""
+        if note != self._note:
+            self._note = note
+            self.update()
+
     def clear(self) -> None:
         """Show no frame."""
         self._frame, self._limits = None, None
@@ -105,6 +117,7 @@ class LiveProjections(QWidget):
             self._paint_pane(painter, pane, frame)
         painter.setClipping(False)
         self._paint_warning(painter, frame)
+        self._paint_note(painter)
         self._was_painted = True
 
     def _paint_pane(self, painter: QPainter, pane: Pane, frame: LiveFrame) -> None:
@@ -183,16 +196,16 @@ class LiveProjections(QWidget):
         words = _warning(frame)
         if not words:
             return
-        font = painter.font()
-        font.setBold(True)
-        painter.setFont(font)
-        metrics = painter.fontMetrics()
-        height = metrics.height() + 8.0
-        banner = QRectF(0, self.height() - height, self.width(), height)
-        painter.fillRect(banner, _ALARM)
-        painter.setPen(QColor("#ffffff"))
-        shown = metrics.elidedText(words, Qt.TextElideMode.ElideRight, int(banner.width()) - 16)
-        painter.drawText(banner, Qt.AlignmentFlag.AlignCenter, shown)
+        height = painter.fontMetrics().height() + 8.0
+        _paint_banner(painter, QRectF(0, self.height() - height, self.width(), height), _ALARM, words)
+
+    def _paint_note(self, painter: QPainter) -> None:
+        if not self._note:
+            return
+        painter.fillRect(self.rect(), _SHADE)
+        height = 2.0 * painter.fontMetrics().height()
+        middle = QRectF(0, (self.height() - height) / 2, self.width(), height)
+        _paint_banner(painter, middle, _GROUND, self._note)
 
 
 def _edges_um(frame: LiveFrame, grid: tuple[int, int, int]) -> tuple[Vector, Vector]:
@@ -260,6 +273,16 @@ def _paint_text(painter: QPainter, place: QPointF, text: str, color: QColor) -> 
     painter.fillRect(ground, _SHADE)
     painter.setPen(color)
     painter.drawText(place, text)
+
+
+def _paint_banner(painter: QPainter, banner: QRectF, ground: QColor, words: str) -> None:
+    font = painter.font()
+    font.setBold(True)
+    painter.setFont(font)
+    painter.fillRect(banner, ground)
+    painter.setPen(QColor("#ffffff"))
+    shown = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, int(banner.width()) - 16)
+    painter.drawText(banner, Qt.AlignmentFlag.AlignCenter, shown)
 
 
 def _warning(frame: LiveFrame) -> str:

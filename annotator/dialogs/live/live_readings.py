@@ -33,8 +33,13 @@ class LiveReadings(QWidget):
             ("latency", "Latency", "From a volume's appearance to its pose on screen: half are faster"),
             ("latency_p99", "99 % within", "Of the last 600 volumes"),
             ("shown", "Shown", "Volumes that were on screen"),
-            ("dropped", "Dropped", "Volumes that were passed over because a newer one was there"),
+            (
+                "dropped",
+                "Dropped",
+                "Passed over because a newer one was there, or gone before they were read",
+            ),
             ("skipped", "Not shown", "Volumes that could not be shown: the messages below say why"),
+            ("waiting", "Waiting", "Volumes that wait until you say how far apart their voxels are"),
             ("restarts", "Restarts", "How often the network's process was started anew after a crash"),
         ):
             self._add_row(self._speed, name, title, tooltip)
@@ -112,10 +117,12 @@ class LiveReadings(QWidget):
         self._write("shown", f"{figures.shown:,}")
         self._write("dropped", f"{figures.dropped:,}")
         self._write("skipped", f"{figures.skipped:,}")
+        self._write("waiting", f"{figures.waiting:,}")
         self._write("restarts", f"{figures.restarts:,}")
         for name, count in (
             ("dropped", figures.dropped),
             ("skipped", figures.skipped),
+            ("waiting", figures.waiting),
             ("restarts", figures.restarts),
         ):
             self._values[name].set_color((lambda colors: colors.warning) if count else None)

@@ -8,7 +8,7 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QPushButton, QVBoxLayout, QWidget
 
 from annotations.errors import UserError
-from annotations.volumes import offered_spacing_um, open_volume
+from annotations.volumes import Volume, offered_spacing_um, open_volume
 from annotator.dialogs.files.spacing_dialog import SpacingDialog
 from annotator.dialogs.live.live_projections import LiveProjections
 from annotator.dialogs.live.live_readings import LiveReadings
@@ -19,7 +19,7 @@ from annotator.looks.naming import named
 from annotator.session import Session
 
 if TYPE_CHECKING:
-    from annotations.prediction.live.arrival import Arrival
+    from annotations.prediction.live.arrival import Arrival, Unfinished
 
 _STATISTICS_EVERY_MS = 250
 _MOST_MESSAGES = 200
@@ -28,7 +28,11 @@ _NO_CHECKPOINT = "No checkpoint is loaded"
 _CHOOSE_FOLDER = "Choose a folder, and start."
 _CHOOSE_CHECKPOINT = "Load a checkpoint, which is to look at the volumes."
 _STARTING = "The network is being made ready…"
+_RESTARTING = "The network has crashed, and is being started anew…"
+_STOPPED = "The live view has stopped"
 _WAITING = "Waiting for a volume…"
+_MOST_UNFINISHED = 3
+"""Named one by one."""
 
 
 class LiveWindow(QWidget):
@@ -63,6 +67,10 @@ class LiveWindow(QWidget):
         self._start.clicked.connect(self._on_start_clicked)
         self.projections = LiveProjections()
         self._readings = LiveReadings()
+        self._unfinished = ElidedText(name="live_unfinished")
+        self._unfinished.setVisible(False)
+        self._questions: list[Arrival] = []
+        self._is_asking = False
         self._messages = named(QPlainTextEdit(), "live_messages", title="Messages")
         self._messages.setReadOnly(True)
         self._messages.setMaximumBlockCount(_MOST_MESSAGES)
@@ -76,6 +84,7 @@ class LiveWindow(QWidget):
         living.running_changed.connect(self._on_living_running_changed)
         living.frame_came.connect(self._on_living_frame_came)
         living.failed.connect(self._on_living_failed)
+        living.stopped.connect(self._on_living_stopped)
         living.kept_from_view.connect(self._on_living_kept_from_view)
         living.grid_requested.connect(self._on_living_grid_requested)
         session.predicting.checkpoints_changed.connect(self._draw)
@@ -105,6 +114,7 @@ class LiveWindow(QWidget):
         layout.addWidget(self._source)
         layout.addLayout(checkpoint)
         layout.addLayout(middle, 1)
+        layout.addWidget(self._unfinished)
         layout.addWidget(self._messages)
 
     def _draw(self) -> None:
@@ -120,14 +130,20 @@ class LiveWindow(QWidget):
         self._load.setEnabled(not is_running)
         self._start.setText("&Stop" if is_running else "&Start")
         self._start.setEnabled(is_running or (checkpoint is not None and self._source.folder is not None))
-        if is_running:
+        if self._living.is_restarting:
+            words = _RESTARTING
+        elif is_running:
             words = _WAITING if self._living.is_ready else _STARTING
         else:
             words = _CHOOSE_CHECKPOINT if checkpoint is None else _CHOOSE_FOLDER
         self.projections.show_words(words)
 
     def _draw_statistics(self) -> None:
-        self._readings.show_statistics(self._living.statistics)
+        statistics = self._living.statistics
+        self._readings.show_statistics(statistics)
+        words = "" if statistics is None else _unfinished_words(statistics.unfinished)
+        self._unfinished.setText(words)
+        self._unfinished.setVisible(bool(words))
 
     def _tell(self, text: str) -> None:
         # In its own words: no volume of a blind study is shown, and a number would tell another one's.
@@ -140,6 +156,7 @@ class LiveWindow(QWidget):
             self._living.stop()
         elif folder is not None:
             self.projections.clear()
+            self.projections.show_note("")
             self._messages.clear()
             self._living.start(folder, self._source.playback, keeps=self._source.keeps)
 
@@ -157,6 +174,8 @@ class LiveWindow(QWidget):
             self._timer.start()
         else:
             self._timer.stop()
+            self._questions.clear()
+        self.projections.show_note(_RESTARTING if self._living.is_restarting else "")
         self._draw()
         self._draw_statistics()
 
@@ -177,24 +196,69 @@ class LiveWindow(QWidget):
     def _on_living_kept_from_view(self) -> None:
         self.projections.clear()
         self._readings.clear()
+        self._unfinished.setText("")
         self._messages.clear()
 
     @Slot(object)
+    def _on_living_stopped(self, error: UserError) -> None:
+        self._tell(f"{_STOPPED}. {error}")
+        self.projections.show_words(f"{_STOPPED}: why, stands below.")
+        self.projections.show_note(_STOPPED)
+
+    @Slot(object)
     def _on_living_grid_requested(self, arrival: "Arrival") -> None:
-        try:
-            volume = open_volume(arrival.volume_path, dataset=arrival.dataset)
-        except UserError as error:
-            # Gone since: the next one asks.
-            self._tell(str(error))
-            return
+        self._questions.append(arrival)
+        self._ask_next()
+
+    def _ask_next(self) -> None:
+        """Ask for the spacing of the next shape, one at a time."""
+        while self._questions and not self._is_asking:
+            arrival = self._questions.pop(0)
+            try:
+                volume = open_volume(arrival.volume_path, dataset=arrival.dataset)
+            except UserError:
+                # Gone since: the next one asks.
+                self._living.put_grid_off(arrival)
+                continue
+            self._ask(arrival, volume)
+            volume.close()
+
+    def _ask(self, arrival: "Arrival", volume: Volume) -> None:
         dialog = SpacingDialog(volume, offered_spacing_um(volume.shape), self, is_for_now=True)
-        volume.close()
 
         def on_dialog_accepted() -> None:
             if (answer := dialog.answer) is not None:
                 self._living.provide_grid(arrival, answer)
 
+        def on_dialog_rejected() -> None:
+            self._living.decline_grid(arrival)
+            shape = " × ".join(str(count) for count in arrival.shape)
+            self._tell(
+                f"Volumes of {shape} voxels, such as {arrival.volume_path}, are not shown: nobody said how "
+                "far apart their voxels are. To be asked again, stop the view and start it."
+            )
+
+        def on_dialog_finished() -> None:
+            dialog.deleteLater()
+            self._is_asking = False
+            self._ask_next()
+
         dialog.accepted.connect(on_dialog_accepted)
-        dialog.rejected.connect(self._living.stop)
-        dialog.finished.connect(dialog.deleteLater)
+        dialog.rejected.connect(on_dialog_rejected)
+        dialog.finished.connect(on_dialog_finished)
+        self._is_asking = True
         dialog.open()
+
+
+def _unfinished_words(unfinished: "tuple[Unfinished, ...]") -> str:
+    """Say which volumes are still being written, or were cut short; empty where none is."""
+    if not unfinished:
+        return ""
+    named_ones = [
+        f"{each.volume_path}" + ("" if each.share is None else f" ({each.share:.0%})")
+        for each in unfinished[:_MOST_UNFINISHED]
+    ]
+    more = len(unfinished) - len(named_ones)
+    return f"Still being written, or cut short: {', '.join(named_ones)}" + (
+        f", and {more} more" if more else ""
+    )

@@ -1,7 +1,7 @@
 """The session's live view: volumes that arrive one after the other, and what a checkpoint says of each."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,20 +55,24 @@ class Living(QObject):
     Signals
     -------
     running_changed
-        ``is_running`` or ``is_ready`` changed.
+        ``is_running``, ``is_ready`` or ``is_restarting`` changed.
     frame_came
         `take_frame` has a frame.
     failed : UserError
-        A volume cannot be shown, or the network's process has crashed; or that is why it is not running now.
+        A volume cannot be shown, or the network's process has crashed; or that is why it is not started.
+    stopped : UserError
+        It was running, and that has ended it.
     kept_from_view
         What was shown is not to be seen any more, nor what was said: ``failed`` follows, and says why.
     grid_requested : Arrival
-        Nobody says how far apart the voxels of such volumes are: answer with `provide_grid`, or `stop`.
+        Nobody says how far apart the voxels of such volumes are: answer with `provide_grid`, `decline_grid`,
+        or `put_grid_off`.
     """
 
     running_changed = Signal()
     frame_came = Signal()
     failed = Signal(object)
+    stopped = Signal(object)
     kept_from_view = Signal()
     grid_requested = Signal(object)
     _delivered = Signal(object)
@@ -91,7 +95,7 @@ class Living(QObject):
         self._folder: Path | None = None
         self._kept: KeptVolumes | None = None
         self._checkpoint: Checkpoint | None = None
-        self._is_ready = False
+        self._is_ready = self._is_restarting = False
         self._grids: dict[tuple[Path, tuple[int, int, int]], SpacingAnswer] = {}
         self._statistics: LiveStatistics | None = None
         self._delivered.connect(self._on_delivered, Qt.ConnectionType.QueuedConnection)
@@ -106,6 +110,11 @@ class Living(QObject):
     def is_ready(self) -> bool:
         """Whether the network is ready."""
         return self._is_ready
+
+    @property
+    def is_restarting(self) -> bool:
+        """Whether the network has crashed, and is being made ready anew."""
+        return self._is_restarting
 
     @property
     def checkpoint(self) -> "Checkpoint | None":
@@ -166,6 +175,7 @@ class Living(QObject):
 
         listener = Listener(
             ready=told(self._on_run_ready),
+            restarting=told(self._on_run_restarting),
             frame_came=told(self.frame_came.emit),
             failed=told(self._on_run_failed),
             grid_needed=told(self._on_run_grid_needed),
@@ -182,10 +192,11 @@ class Living(QObject):
         """Show no more volumes, and end the process; does nothing where it is not running."""
         if self._run is None:
             return
-        self._statistics = self._run.statistics()
+        # Nothing comes any more.
+        self._statistics = replace(self._run.statistics(), rate_hz=0.0, unfinished=())
         self._run.stop()
         self._left = [*(run for run in self._left if run.is_alive), self._run]
-        self._run, self._is_ready = None, False
+        self._run, self._is_ready, self._is_restarting = None, False, False
         self.running_changed.emit()
 
     def close(self) -> None:
@@ -210,8 +221,18 @@ class Living(QObject):
         self._grids[arrival.volume_path.parent, arrival.shape] = answer
         self._tell_grid(arrival, answer)
 
+    def decline_grid(self, arrival: "Arrival") -> None:
+        """Answer ``grid_requested``: until the next start no volume of this shape is shown."""
+        if self._run is not None:
+            self._run.decline_grid(arrival.shape)
+
+    def put_grid_off(self, arrival: "Arrival") -> None:
+        """Answer ``grid_requested`` for a volume that is gone: the next one of its shape is asked about."""
+        if self._run is not None:
+            self._run.put_grid_off(arrival.shape)
+
     def _tell_grid(self, arrival: "Arrival", answer: SpacingAnswer) -> None:
-        from annotations.prediction.live.run import VoxelGrid
+        from annotations.prediction.live.voxel_grids import VoxelGrid
 
         if self._run is not None:
             self._run.tell_grid(arrival.shape, VoxelGrid(answer.spacing_um, answer.depth_axis))
@@ -222,7 +243,11 @@ class Living(QObject):
             call()
 
     def _on_run_ready(self) -> None:
-        self._is_ready = True
+        self._is_ready, self._is_restarting = True, False
+        self.running_changed.emit()
+
+    def _on_run_restarting(self) -> None:
+        self._is_ready, self._is_restarting = False, True
         self.running_changed.emit()
 
     def _on_run_failed(self, error: UserError) -> None:
@@ -244,7 +269,8 @@ class Living(QObject):
         self.frame_came.emit()
         self.stop()
         if isinstance(error, UserError):
-            self.failed.emit(error)
+            if error.where is None or not self._withdraw(Path(str(error.where))):
+                self.stopped.emit(error)
         elif error is not None:
             raise error
 

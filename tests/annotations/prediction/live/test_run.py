@@ -63,12 +63,14 @@ class StandIn:
         self.keep_errors: list[Exception] = []
         self.start_errors: list[Exception] = []
         self.starts = 0
+        self.has_ended = False
         self.is_closed = False
 
     def start(self, cancelled: Callable[[], bool]) -> None:
         if cancelled():
             raise Cancelled
         self.starts += 1
+        self.has_ended = False
         if self.start_errors:
             raise self.start_errors.pop(0)
 
@@ -262,6 +264,19 @@ def test_after_a_crash_it_goes_on_and_says_so(bench: Bench) -> None:
     # At once, not when the next volume comes.
     assert bench.network.starts == 3
     assert str(bench.told.errors[1]) == "v1.npy: it has crashed. It is being started anew."
+
+
+def test_one_that_has_ended_between_two_volumes_is_started_anew_and_told(bench: Bench) -> None:
+    bench.begin()
+    bench.network.may_answer.release(2)
+    bench.source.put(arrival(0))
+    assert bench.frame() == "v0.npy"
+    bench.network.has_ended = True
+    bench.source.put(arrival(1))
+
+    assert bench.frame() == "v1.npy"
+    assert [error.where for error in bench.told.errors] == [Path("v0.npy")]
+    assert bench.run.statistics().restarts == len(bench.told.restarting) == 1
 
 
 def test_one_that_crashes_while_it_is_started_anew_counts_as_crashed_again(bench: Bench) -> None:
