@@ -68,6 +68,10 @@ class LiveWindow(QWidget):
         self.projections = LiveProjections()
         self._readings = LiveReadings()
         self._unfinished = ElidedText(name="live_unfinished")
+        # Its room stays, so that the pictures do not jump.
+        policy = self._unfinished.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self._unfinished.setSizePolicy(policy)
         self._unfinished.setVisible(False)
         self._questions: list[Arrival] = []
         self._is_asking = False
