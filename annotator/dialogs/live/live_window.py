@@ -201,6 +201,7 @@ class LiveWindow(QWidget):
         self.projections.clear()
         self._readings.clear()
         self._unfinished.setText("")
+        self.projections.show_note("")
         self._messages.clear()
 
     @Slot(object)
@@ -235,6 +236,8 @@ class LiveWindow(QWidget):
                 self._living.provide_grid(arrival, answer)
 
         def on_dialog_rejected() -> None:
+            if not self._living.is_running:
+                return
             self._living.decline_grid(arrival)
             shape = " × ".join(str(count) for count in arrival.shape)
             self._tell(
