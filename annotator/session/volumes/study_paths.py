@@ -77,10 +77,10 @@ def read_path(
     path = path.absolute()
     # Of a study's own folder as well, in which no study lies as a rule.
     folder = study_folder_of(path / STUDY_FILE)
-    if folder is None:
-        # A link from outside would lead around the study's rules.
-        path = path.resolve()
-        folder = study_folder_of(path / STUDY_FILE)
+    linked = study_folder_of(path.resolve() / STUDY_FILE)
+    if folder is None and linked is not None and load_study(linked).blind:
+        # A link from outside would lead around the rules of blind work.
+        path, folder = path.resolve(), linked
     if folder is None:
         return read_worklist(path, annotator, method)
     study = load_study(folder)

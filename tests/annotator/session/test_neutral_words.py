@@ -134,6 +134,9 @@ def test_a_link_from_outside_does_not_lead_around_a_studys_rules(folder: Path, t
     whole = tmp_path / "elsewhere" / "study"
     whole.symlink_to(folder)
     assert read_path(whole, "anna", "keypoints").is_blind
+    link.unlink()
+    link.symlink_to(write_study(tmp_path / "open", blind=False) / "volumes" / "left side" / "first.npy")
+    assert read_path(link, "anna", "keypoints").items[0].volume_path == link
 
 
 def test_a_volume_of_an_open_study_leads_to_what_is_left_of_it_in_the_queue(tmp_path: Path) -> None:
