@@ -23,11 +23,11 @@ def measure_many_edits(driven: DrivenWindow, path: Path, edits: int) -> Figures:
     # alone would bring into memory.
     for _ in range(2):
         driven.open(path)
-        _edit(driven, _WARM_UP, _PLACES // _WARM_UP)
+        _edit(driven, _WARM_UP, -(-_PLACES // _WARM_UP))
         session.close_volume()
     closed_mib = _memory_mib(driven)
     driven.open(path)
-    _edit(driven, _WARM_UP, _PLACES // _WARM_UP)
+    _edit(driven, _WARM_UP, -(-_PLACES // _WARM_UP))
     before_mib, begun_s, begun_cpu_s = _memory_mib(driven), time.perf_counter(), time.process_time()
     _edit(driven, edits)
     taken_s, taken_cpu_s = time.perf_counter() - begun_s, time.process_time() - begun_cpu_s
