@@ -281,7 +281,7 @@ class PredictionsPanel(QWidget):
         # Of verdicts that cannot be read: whose, which file, and what to do.
         short = [_without_folders(remark, review.folder) for remark in review.material.remarks]
         own = f": {folder_name(self._session.person)}.json"
-        remarks = (f"{remark}.{_OWN_VERDICTS if own in remark else ''}" for remark in short)
+        remarks = (f"{_sentence(remark)}.{_OWN_VERDICTS if own in remark else ''}" for remark in short)
         return " ".join(filter(None, (*told, *remarks)))
 
     def _details(self) -> str:

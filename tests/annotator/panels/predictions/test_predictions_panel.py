@@ -345,7 +345,7 @@ def test_what_was_begun_from_a_prediction_is_listed_and_counts_in_no_figure(
     others = [computed_by_hand(folder, each)["position (mm)"] for each in (NEAR, LACKING)]
     mean = np.mean([each for each in others if each is not None])
     assert cells(panel, "position (mm)", "errors_figures")[0].startswith(f"{mean:.2f} ±")
-    begun_words = f"of 1 volume ({FAR}) the annotation was begun from a prediction of first"
+    begun_words = f"Of 1 volume ({FAR}) the annotation was begun from a prediction of first"
     assert begun_words in words(panel, "predictions_state")
     choose(panel, "errors_kind", "Begun from a prediction")
     assert volumes(panel) == [FAR]
