@@ -110,7 +110,8 @@ def _floor(own: float | None, usual: float) -> float:
 
 def _medians(table: ErrorTable) -> Mapping[str, float]:
     by_target: dict[str, list[float]] = {}
-    for row in table.rows:
+    # Where no truth is independent of networks, the rows are compared with each other all the same.
+    for row in table.independent_rows or table.rows:
         for name, error in row.targets.items():
             by_target.setdefault(name, []).append(error)
     return {name: float(np.median(errors)) for name, errors in by_target.items()}
@@ -118,7 +119,9 @@ def _medians(table: ErrorTable) -> Mapping[str, float]:
 
 def _ranked(row: ErrorsOfVolume, floors: Mapping[str, float], medians: Mapping[str, float]) -> RankedVolume:
     ratios = {name: error / floors[name] for name, error in row.targets.items() if name in floors}
-    relative = {name: _relative(error, medians[name]) for name, error in row.targets.items()}
+    relative = {
+        name: _relative(error, medians[name]) for name, error in row.targets.items() if name in medians
+    }
     said = ratios or relative
     worst = max(said, key=lambda name: said[name], default=None)
     return RankedVolume(

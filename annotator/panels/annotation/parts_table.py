@@ -14,7 +14,6 @@ from annotator.panels.annotation.part_delegates import (
     StateDelegate,
 )
 from annotator.panels.annotation.parts_model import PartsModel
-from annotator.panels.widgets.table_model import keep_painted
 from annotator.session import Session
 from annotator.session.viewing.view import View
 
@@ -68,7 +67,6 @@ class PartsTable(QTableView):
         self.setAlternatingRowColors(True)
         self.setShowGrid(False)
         self.setWordWrap(False)
-        keep_painted(self)
         self.setTabKeyNavigation(False)
         self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setItemDelegateForColumn(self._name, NameDelegate(self))

@@ -282,7 +282,7 @@ class PredictionsPanel(QWidget):
         short = [_without_folders(remark, review.folder) for remark in review.material.remarks]
         own = f": {folder_name(self._session.person)}.json"
         remarks = (f"{_sentence(remark)}.{_OWN_VERDICTS if own in remark else ''}" for remark in short)
-        return " ".join(filter(None, (*told, *remarks)))
+        return self._session.neutral(" ".join(filter(None, (*told, *remarks))))
 
     def _details(self) -> str:
         """Return the whole of what is said in short: which files cannot be read, where they are, and why."""
@@ -290,7 +290,7 @@ class PredictionsPanel(QWidget):
         if review is None or table is None:
             return ""
         unread = (each.reason for each in table.unjudged if each.reason.startswith(_UNREAD))
-        return "\n".join(map(_sentence, (*unread, *review.material.remarks)))
+        return self._session.neutral("\n".join(map(_sentence, (*unread, *review.material.remarks))))
 
 
 def _offer(choice: QComboBox, entries: Sequence[tuple[str, str | None]], chosen: str | None) -> None:

@@ -258,7 +258,7 @@ class SessionPosing(SessionBoxes):
 
     def _on_job_refined(self, found: "Refinement", began: object) -> None:
         self._refining = None
-        if self._document is began:
+        if self._document == began:
             self.look(refinement=found)
             self.post_message("Refined: Return accepts the proposal, Esc rejects it")
         else:

@@ -27,14 +27,18 @@ def test_memory_is_given_back_once_when_the_volume_is_closed(qtbot, session, tim
     assert len(times_given_back) == 1
 
 
-def test_memory_is_kept_where_another_volume_is_opened(qtbot, session, times_given_back):
+def test_memory_is_kept_where_another_volume_is_opened(qtbot, session, monkeypatch):
+    given_back: list[None] = []
+    monkeypatch.setattr(freed_memory, "_AFTER_MS", 60_000)
+    kept = FreedMemory(session, lambda: given_back.append(None))
     path = session.volume.path
     session.close_volume()
     session.open_path(path)
     with qtbot.waitSignal(session.volume_changed):
         pass
-    qtbot.wait(60)
-    assert times_given_back == []
+    assert not kept._timer.isActive()
+    assert given_back == []
+    kept.deleteLater()
 
 
 def test_the_heap_can_be_trimmed_here():

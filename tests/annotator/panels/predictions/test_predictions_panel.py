@@ -603,7 +603,12 @@ def test_computing_is_cancelled_by_its_button(qtbot: QtBot, rita: Session, panel
 
 def test_in_blind_work_no_name_is_shown(qtbot: QtBot, options: SessionOptions, tmp_path: Path) -> None:
     anna = Session(options)
-    open_and_wait(qtbot, anna, write_reviewed(tmp_path / "blind", blind=True))
+    folder = write_reviewed(tmp_path / "blind", blind=True)
+    path = annotation_of(folder, FAR)
+    origin = PredictionOrigin(path="p.json", checkpoint="first", sha256="0" * 64)
+    begun = changed(load_annotation(path)[0], predicted_from=origin)
+    save_annotation(begun, path, expected="", overwrite=True)
+    open_and_wait(qtbot, anna, folder)
     panel = shown(qtbot, anna)
     review(qtbot, anna)
 
@@ -611,6 +616,10 @@ def test_in_blind_work_no_name_is_shown(qtbot: QtBot, options: SessionOptions, t
     model = table(panel).model()
     for row in range(len(IDS)):
         assert "v00" not in model.index(row, 0).data(Qt.ItemDataRole.ToolTipRole)
+    said = panel.findChild(QLabel, "predictions_state")
+    assert "the annotation was begun from a prediction" in said.text()
+    for text in (said.text(), said.toolTip()):
+        assert "v00" not in text
     anna.shut_down()
 
 
