@@ -275,7 +275,8 @@ def errors_against(
         for volume_id, reason in truths.silent.items()
         if volume_id in predictions
     ]
-    human = None if truths.floor is None else truths.floor.of({each.volume_id for each in judged})
+    independent = {each.volume_id for each in judged if not each.begun_from}
+    human = None if truths.floor is None else truths.floor.of(independent)
     return error_table(
         judged,
         truths.tool,

@@ -23,7 +23,7 @@ _FileId = tuple[int, int]
 class KeptVolumes:
     """Asks the rules of every study that a file belongs to, however the file is reached.
 
-    That are the study that is open, and those in whose folders the file lies by its name, or, where it is a
+    They are the study that is open, and those in whose folders the file lies by its name, or, where it is a
     link, in truth. Rules are asked once: make another one when something may have changed.
 
     Parameters
