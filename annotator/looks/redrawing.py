@@ -1,8 +1,9 @@
-"""Drawings that can wait: what a person looks at first is painted first, the readouts beside it next."""
+"""Drawings that can wait, or be spared: what a person looks at first is painted first."""
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer, Slot
+from PySide6.QtWidgets import QWidget
 
 _AFTER_PAINTING = Qt.EventPriority.LowEventPriority.value - 1
 """Qt's wish to paint has a low priority: this one comes right after it."""
@@ -24,9 +25,10 @@ class Redrawing(QObject):
         super().__init__(parent)
         self._draw = draw
         self.is_owed = False
-        # Painting and the event that follows it are one turn of the event loop. The drawing is in the next.
-        self._next_turn = QTimer(self, singleShot=True)
-        self._next_turn.timeout.connect(self.draw_now)
+        # Painting and the event that follows it are one turn of the event loop, which a timer without delay
+        # ends. What the timer queues begins the next one.
+        self._turn_end = QTimer(self, singleShot=True)
+        self._turn_end.timeout.connect(self.draw_now, Qt.ConnectionType.QueuedConnection)
 
     def ask(self) -> None:
         """Draw soon; what is asked for until then is one drawing."""
@@ -34,6 +36,7 @@ class Redrawing(QObject):
             self.is_owed = True
             QCoreApplication.postEvent(self, QEvent(QEvent.Type.User), _AFTER_PAINTING)
 
+    @Slot()
     def draw_now(self) -> None:
         """Draw at once if a drawing is owed: for whoever hands on what would be drawn."""
         if self.is_owed:
@@ -46,6 +49,15 @@ class Redrawing(QObject):
 
     def event(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.User:
-            self._next_turn.start()
+            self._turn_end.start()
             return True
         return super().event(event)
+
+
+def keep_painted(widget: QWidget) -> None:
+    """Let a widget of another height paint what comes into sight, and nothing else; nor its children.
+
+    Python is asked for each cell of a table, and many panels get another height whenever one of them is
+    opened. What it paints itself, if anything, has to stand where it stands at any size.
+    """
+    widget.setAttribute(Qt.WidgetAttribute.WA_StaticContents)

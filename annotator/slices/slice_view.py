@@ -19,6 +19,7 @@ from annotations.documents.annotation import Annotation
 from annotations.volumes import SliceImage, level_slice
 from annotator.looks import theme
 from annotator.looks.colormaps import COLORMAPS
+from annotator.looks.redrawing import Redrawing
 from annotator.session import Session
 from annotator.session.editing.click_meaning import click_meaning
 from annotator.session.editing.solids import Solid
@@ -75,6 +76,7 @@ class SliceView(QWidget):
         self._image: SliceImage | None = None
         self._cursor_at: QPointF | None = None
         self._layer = AnnotationLayer(session)
+        self._layer_redrawing = Redrawing(self.update, self)
         self._picture = SlicePicture(COLORMAPS, CANVAS)
         self._gestures = SliceGestures(session, self)
         self.setObjectName(f"slice_view_{axis}")
@@ -161,6 +163,10 @@ class SliceView(QWidget):
         """Move what is seen so that the crosshair is in the middle, as far as there is plane around it."""
         if self._viewport is not None:
             self._see(self._viewport.centered(self._session.view.crosshair_um))
+
+    def draw_annotation_apart(self) -> None:
+        """Draw what is annotated and predicted in the next turn of the event loop, all else in this one."""
+        self._layer_redrawing.ask()
 
     @property
     def solids(self) -> tuple[Solid, ...]:
@@ -282,7 +288,8 @@ class SliceView(QWidget):
             painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
             paint_crosshair(painter, viewport, view.crosshair_um, OVER_IMAGE.axes)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self._layer.paint(painter, self._cursor_at, self._gestures.held_handle)
+        if not self._layer_redrawing.is_owed:
+            self._layer.paint(painter, self._cursor_at, self._gestures.held_handle)
         if "axes" in view.layers:
             paint_axis_names(painter, viewport, OVER_IMAGE.axes)
         if "scale_bar" in view.layers:

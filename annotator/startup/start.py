@@ -1,9 +1,10 @@
 """Builds the application around a session, and runs it."""
 
+import os
 import sys
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
 from annotations import __version__
@@ -22,6 +23,11 @@ from annotator.window.main_window import MainWindow
 
 def make_application() -> QApplication:
     """Return the one QApplication, with the program's names."""
+    # Else Qt shares out even a circle's few pixels to its threads, and wakes them thousands of times a frame.
+    os.environ["QT_NO_GUI_THREADPOOL"] = "1"
+    # The scene has to be a window of the system's own. Else all the panels around it became ones, too, and
+    # the system was asked for the place of each whenever one of them got another size.
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
     application = QApplication(sys.argv[:1])
     application.setApplicationName("oct-annotator")
     application.setApplicationDisplayName("OCT Annotator")

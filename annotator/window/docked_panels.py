@@ -13,6 +13,7 @@ from annotator.panels.display.display_panel import DisplayPanel
 from annotator.panels.predictions.predictions_panel import PredictionsPanel
 from annotator.panels.worklist.worklist_panel import WorklistPanel
 from annotator.session import Session
+from annotator.window.panel_dock import PanelDock
 
 _LEFT, _RIGHT = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
 
@@ -57,7 +58,7 @@ class DockedPanels:
         self.docks["pose"].raise_()
 
     def _dock(self, name: str, title: str, panel: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
-        dock = QDockWidget(title)
+        dock = PanelDock(title)
         dock.setObjectName(f"dock_{name}")
         dock.setWidget(panel)
         self._window.addDockWidget(area, dock)

@@ -22,11 +22,12 @@ from annotations.agreement.results import Agreement
 from annotator.looks.folding import scrolling_column
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
+from annotator.looks.redrawing import keep_painted
 from annotator.panels.agreement.agreement_plots import AgreementPlots
 from annotator.panels.agreement.compared_annotators import ComparedAnnotators
 from annotator.panels.agreement.compared_volumes import RANK_COLUMN, WHY_COLUMN, ComparedVolumes
 from annotator.panels.agreement.deviation_table import LEGEND, MEANINGS, VARIANTS, DeviationTable
-from annotator.panels.widgets.table_model import SORT_ROLE, bold_font, keep_painted
+from annotator.panels.widgets.table_model import SORT_ROLE, bold_font
 from annotator.session import Session
 from annotator.session.viewing.view import View
 
@@ -143,7 +144,7 @@ class AgreementPanel(QWidget):
         self._list.sortByColumn(RANK_COLUMN, Qt.SortOrder.DescendingOrder)
         self._list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self._list.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        keep_painted(self._list)
+        keep_painted(self._list.viewport())
         self._list.activated.connect(self._on_list_activated)
         self._by = WrappedText(name="agreement_volumes_by")
         self._by.set_color(lambda colors: colors.muted)

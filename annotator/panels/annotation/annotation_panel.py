@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButto
 from annotations.documents.record import Method
 from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
+from annotator.looks.redrawing import keep_painted
 from annotator.panels.annotation.boxes_panel import BoxesPanel
 from annotator.panels.annotation.keypoints_panel import KeypointsPanel
 from annotator.session import Session
@@ -34,6 +35,7 @@ class AnnotationPanel(QWidget):
         super().__init__(parent)
         self._session = session
         self.setObjectName("annotation_panel")
+        keep_painted(self)
         self._panels: dict[Method, QWidget] = {
             "keypoints": KeypointsPanel(session),
             "boxes": BoxesPanel(session),

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QLabel, QToolButton, QV
 from annotations.documents.annotation import Annotation, Part
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
+from annotator.looks.redrawing import keep_painted
 from annotator.panels.annotation.parts_model import PartsModel
 from annotator.panels.annotation.parts_table import PartsTable
 from annotator.session import Session
@@ -24,6 +25,7 @@ class PartsPanel(QWidget, Generic[P]):
 
     def __init__(self, session: Session, name: str, title: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        keep_painted(self)
         self._session = session
         self.setObjectName(f"{name}_panel")
         self.setAccessibleName(title)

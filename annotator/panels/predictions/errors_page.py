@@ -17,10 +17,10 @@ from PySide6.QtWidgets import (
 
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
+from annotator.looks.redrawing import keep_painted
 from annotator.panels.predictions.errors_columns import RANK, VOLUME
 from annotator.panels.predictions.errors_model import KINDS, ErrorsModel, SummaryModel
 from annotator.panels.predictions.verdict_box import VerdictBox
-from annotator.panels.widgets.table_model import keep_painted
 from annotator.session import Session
 
 _WAYS = {"Predicted keypoints": False, "Fitted pose": True}
@@ -223,7 +223,7 @@ def _table(name: str, title: str) -> QTreeView:
     table = named(QTreeView(), name, title=title)
     table.setRootIsDecorated(False)
     table.setUniformRowHeights(True)
-    keep_painted(table)
+    keep_painted(table.viewport())
     table.setAllColumnsShowFocus(True)
     table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
     table.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)

@@ -6,7 +6,6 @@ from typing import Any, Generic, TypeVar
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
 from PySide6.QtGui import QFont
-from PySide6.QtWidgets import QAbstractItemView
 
 Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE = Qt.ItemDataRole.UserRole + 1
@@ -99,11 +98,3 @@ def bold_font() -> QFont:
     font = QFont()
     font.setBold(True)
     return font
-
-
-def keep_painted(table: QAbstractItemView) -> None:
-    """Let a table of another height paint the rows that come into sight, and no others.
-
-    Python is asked for each cell, and many panels get another height whenever one of them is opened.
-    """
-    table.viewport().setAttribute(Qt.WidgetAttribute.WA_StaticContents)

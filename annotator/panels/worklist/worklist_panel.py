@@ -22,8 +22,9 @@ from annotator.looks.durations import duration
 from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
 from annotator.looks.progress import ProgressBar
+from annotator.looks.redrawing import keep_painted
 from annotator.panels.widgets.name_elision import ElidedNameDelegate
-from annotator.panels.widgets.table_model import bold_font, keep_painted
+from annotator.panels.widgets.table_model import bold_font
 from annotator.panels.worklist.worklist_filter import KINDS, WorklistFilter, kind_words
 from annotator.panels.worklist.worklist_model import FLAG, PREDICTED, TIME, WorklistModel, status_words
 from annotator.session import Session
@@ -70,7 +71,7 @@ class WorklistPanel(QWidget):
         self._list.setModel(self._shown)
         self._list.setRootIsDecorated(False)
         self._list.setUniformRowHeights(True)
-        keep_painted(self._list)
+        keep_painted(self._list.viewport())
         self._list.setAlternatingRowColors(True)
         self._list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self._list.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
