@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Iterable, Mapping
 
-from PySide6.QtCore import QObject, QSize, Qt
-from PySide6.QtGui import QAction, QKeySequence, QPalette
+from PySide6.QtCore import SIGNAL, QEvent, QObject, QSize, Qt
+from PySide6.QtGui import QAction, QActionEvent, QKeySequence, QPalette
 from PySide6.QtWidgets import QMainWindow, QMenu, QMenuBar, QToolBar
 
 from annotator.actions.action import Action
@@ -45,6 +45,7 @@ class ActionSet(QObject):
         self._drawn: ActionState | None = None
         self._actions = {entry.name: self._make(entry, handlers[entry.name]) for entry in ACTIONS}
         self._tooltips = {name: action.toolTip() for name, action in self._actions.items()}
+        self._connections = _SingleConnections(self)
 
     def __getitem__(self, name: str) -> QAction:
         return self._actions[name]
@@ -66,6 +67,7 @@ class ActionSet(QObject):
             for name in names:
                 bar.addAction(self._actions[name])
                 button = bar.widgetForAction(self._actions[name])
+                button.installEventFilter(self._connections)
                 button.setObjectName(f"button_{name}")
                 button.setAccessibleName(self._actions[name].text())
                 button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -119,6 +121,21 @@ class ActionSet(QObject):
         action.triggered.connect(on_action_triggered)
         self._window.addAction(action)
         return action
+
+
+class _SingleConnections(QObject):
+    """Holds each button of a tool bar to one connection with its action.
+
+    A tool button (of Qt 6.11) connects itself to its action anew whenever that changes, and never lets go.
+    Each edit changes the text of "Undo …", and thousands of edits later thousands of calls follow the next.
+    """
+
+    def eventFilter(self, button: QObject, event: QEvent) -> bool:
+        if isinstance(event, QActionEvent) and event.type() == QEvent.Type.ActionChanged:
+            # With this event, which comes to it next, the button connects itself again. None means any of its
+            # slots, which the types of PySide do not know.
+            QObject.disconnect(event.action(), SIGNAL("changed()"), button, None)  # type: ignore[call-overload]
+        return False
 
 
 def _position(menu: str) -> int:

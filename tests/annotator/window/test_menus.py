@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QByteArray
+from PySide6.QtCore import SIGNAL, QByteArray
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QMenu, QSplitter
+from PySide6.QtWidgets import QMenu, QSplitter, QToolButton
 
 from annotations import demo
 from annotations.geometry.boxes import Box
@@ -26,6 +26,19 @@ def test_every_action_is_in_exactly_one_menu(window):
         if action.objectName().startswith("action_")
     ]
     assert sorted(found) == sorted(f"action_{entry.name}" for entry in ACTIONS)
+
+
+def test_a_button_is_connected_to_its_action_once_however_often_that_changes(qtbot, window, session):
+    for position_um in ((1.0, 2.0, 3.0), (2.0, 3.0, 4.0), (3.0, 4.0, 5.0)):
+        session.place(position_um, "clicked", "k0")
+        session.place(position_um, "clicked", "k1")
+    undo = window.actions_by_name["undo"]
+    assert undo.text() == "Undo: Move k1"
+    assert undo.receivers(SIGNAL("changed()")) == 1
+    button = window.findChild(QToolButton, "button_undo")
+    with qtbot.waitSignal(button.triggered):
+        button.click()
+    assert undo.text() == "Undo: Move k0"
 
 
 def test_demo_study_is_made_and_opened(
