@@ -14,7 +14,7 @@ from annotations.geometry.tool import Link
 from annotator.looks import theme
 from annotator.looks.icons import icon
 from annotator.looks.redrawing import Redrawing
-from annotator.looks.swatches import part_swatch
+from annotator.looks.swatches import PartSwatches
 from annotator.looks.typed_numbers import NotUnderstood
 from annotator.panels.annotation.plausibility_color import plausibility_color
 from annotator.panels.widgets.table_model import RIGHT, Index, TableModel
@@ -72,6 +72,7 @@ class PartsModel(TableModel, Generic[P]):
         self._rows_owed: set[int] = set()
         self._numbers_owed: set[int] = set()
         self._redrawing = Redrawing(self._announce, self)
+        self._swatches = PartSwatches()
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -145,8 +146,8 @@ class PartsModel(TableModel, Generic[P]):
                 return Qt.CheckState.Checked if checked else Qt.CheckState.Unchecked
             case Qt.ItemDataRole.DecorationRole if kind == "name":
                 link = self._link(part.name)
-                muted = theme.colors(QGuiApplication.palette()).muted
-                return part_swatch(QColor(link.color) if link else muted, hollow=part.state == "unplaced")
+                color = QColor(link.color) if link else theme.colors(QGuiApplication.palette()).muted
+                return self._swatches.icon(color, hollow=part.state == "unplaced")
             case Qt.ItemDataRole.TextAlignmentRole if kind in ("number", "residual"):
                 return RIGHT
             case Qt.ItemDataRole.TextAlignmentRole if kind == "state":

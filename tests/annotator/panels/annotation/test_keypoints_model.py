@@ -59,6 +59,19 @@ def test_the_swatch_has_the_links_color(session: Session, model: KeypointsModel)
     assert ring.pixmap(16, 16).toImage().pixelColor(8, 8).alpha() == 0
 
 
+def test_a_swatch_is_drawn_once_for_all_paintings(session: Session, model: KeypointsModel) -> None:
+    def drawn(row: int) -> int:
+        return int(model.index(row, Column.KEYPOINT).data(ROLE.DecorationRole).cacheKey())
+
+    rings = {drawn(row) for row in (0, 1)}
+    session.place(K0_UM, "clicked", "k0")
+    disc = drawn(0)
+    session.place((1.0, 2.0, 3.0), "clicked", "k0")
+    assert drawn(0) == disc
+    assert rings == {drawn(1)}
+    assert disc not in rings
+
+
 def test_only_the_changed_row_is_redrawn(qtbot: QtBot, session: Session, model: KeypointsModel) -> None:
     session.activate("k3")
     session.place((1.0, 2.0, 3.0), "clicked", "k0")
