@@ -38,7 +38,13 @@ from annotator.session.volumes.first_view import first_view, nothing_open
 from annotator.session.volumes.identifying import Identifying
 from annotator.session.volumes.opening import Opened, OpeningRequest
 from annotator.session.volumes.spacing_answer import SpacingAnswer
-from annotator.session.volumes.study_paths import IdentityNeeded, KeptFromView, LookNeeded, read_path
+from annotator.session.volumes.study_paths import (
+    IdentityNeeded,
+    KeptFromView,
+    LookNeeded,
+    read_path,
+    without_kept,
+)
 from annotator.session.volumes.volume_opener import VolumeOpener
 from annotator.session.volumes.worklist import Worklist, moved_with, read_worklist, worklist_with
 
@@ -232,10 +238,17 @@ class Session(SessionStepping):
     def recover(self, recovery: Recovery) -> None:
         """Open the document of a recovery, with its unsaved edits as one edit that can be undone."""
         present = self._worklist
-        path = moved_with(recovery.annotation_path, present)
+        path, person = moved_with(recovery.annotation_path, present), self._options.annotator_name
+
+        def read() -> Worklist:
+            worklist, index = worklist_with(recovery.document, path, present)
+            return without_kept(worklist, person, self.identifying.is_settled, index)
+
         self._look_at(
-            lambda: worklist_with(recovery.document, path, present),
-            lambda place: self._open(*place, recovery=replace(recovery, annotation_path=path)),
+            read,
+            lambda worklist: self._open(
+                worklist, worklist.first, recovery=replace(recovery, annotation_path=path)
+            ),
         )
 
     def reload(self) -> None:

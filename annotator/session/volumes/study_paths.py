@@ -56,7 +56,7 @@ def read_path(
 
     A volume of a study leads to its place in the queue. So does another person's annotation for one of the
     study's annotators: it is shown over the own one. Whoever does not annotate in the study sees the file,
-    or, of the consensus, its place in the list of the consensus.
+    or, of the consensus, its place in the list of the consensus. Outside of a study, see `without_kept`.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def read_path(
         # A link from outside would lead around the rules of blind work.
         path, folder = path.resolve(), linked
     if folder is None:
-        return read_worklist(path, annotator, method)
+        return without_kept(read_worklist(path, annotator, method), annotator, is_settled)
     study = load_study(folder)
     if study.annotators and not study.names(annotator) and not is_settled(folder, annotator):
         raise IdentityNeeded(folder, study, annotator)
@@ -94,8 +94,43 @@ def read_path(
     _refuse_if_blind(study, annotator)
     ids = [volume.id for volume in study.volumes if (folder / volume.path).resolve() == path.resolve()]
     if not ids:
-        return read_worklist(path, annotator, method)
+        return without_kept(read_worklist(path, annotator, method), annotator, is_settled)
     return _at(read_worklist(folder, annotator, method), ids[0])
+
+
+def without_kept(
+    worklist: Worklist, person: str, is_settled: Callable[[Path, str], bool], wanted: int | None = None
+) -> Worklist:
+    """Return a list without the links to what a person is not to see by name.
+
+    Such a link would give a volume of a blind study a name, and its annotation a place outside of the study.
+
+    Parameters
+    ----------
+    is_settled : callable
+        See `read_path`.
+    wanted : int, optional
+        The place of what is to be opened, and nothing in its stead: it becomes the first. Without it that is
+        the first of the list, but for a folder's.
+
+    Raises
+    ------
+    KeptFromView
+        It is what is wanted, or nothing else is in the list.
+    """
+    if wanted is None and not worklist.is_folder:
+        wanted = worklist.first
+    first = worklist.first if wanted is None else wanted
+    kept = _kept(worklist, person, is_settled)
+    if kept and (first in kept if wanted is not None else len(kept) == len(worklist.items)):
+        raise KeptFromView(
+            "it leads into a study in which you are not to know the volumes by name",
+            remedy="Open the study's folder: its queue leads to every volume",
+        )
+    places = [place for place in range(len(worklist.items)) if place not in kept]
+    first = next((at for at, place in enumerate(places) if place >= first), 0)
+    items = worklist.items if not kept else tuple(worklist.items[place] for place in places)
+    return replace(worklist, items=items, first=first)
 
 
 def neutral_label(annotation_path: Path, annotator: str) -> str:
@@ -143,6 +178,31 @@ def _at(worklist: Worklist, volume_id: str) -> Worklist:
     places = [index for index, item in enumerate(worklist.items) if item.volume_id == volume_id]
     left = [index for index in places if worklist.items[index].status != "done"]
     return replace(worklist, first=(left or places)[0])
+
+
+def _kept(worklist: Worklist, person: str, is_settled: Callable[[Path, str], bool]) -> set[int]:
+    """Return the places of links into blind studies that keep their volumes' names from a person."""
+    keeps: dict[Path, bool] = {}
+    kept = set()
+    for place, item in enumerate(worklist.items if worklist.study is None else ()):
+        folder = study_folder_of(item.volume_path.resolve()) if item.volume_path.is_symlink() else None
+        if folder is None:
+            continue
+        if folder not in keeps:
+            keeps[folder] = _keeps_names(folder, person, is_settled)
+        if keeps[folder]:
+            kept.add(place)
+    return kept
+
+
+def _keeps_names(folder: Path, person: str, is_settled: Callable[[Path, str], bool]) -> bool:
+    try:
+        study = load_study(folder)
+    except UserError:
+        # Nobody knows whether anybody is to work blind.
+        return True
+    is_known = not study.annotators or study.names(person) or is_settled(folder, person)
+    return study.blind and (study.is_blind_for(person) or not is_known)
 
 
 def _refuse_if_blind(study: Study, annotator: str) -> None:

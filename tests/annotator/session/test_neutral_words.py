@@ -17,10 +17,16 @@ from annotations.errors import UserError
 from annotator.session import Session
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.options import SessionOptions
-from annotator.session.volumes.study_paths import KeptFromView, LookNeeded, neutral_label, read_path
+from annotator.session.volumes.study_paths import (
+    KeptFromView,
+    LookNeeded,
+    neutral_label,
+    read_path,
+    without_kept,
+)
 from annotator.session.volumes.worklist import WorkItem, Worklist, read_worklist
 from tests.annotator.blind_study import IDS, TELLING, annotate, write_study
-from tests.annotator.conftest import open_and_wait
+from tests.annotator.conftest import open_and_wait, write_volume
 
 
 @pytest.fixture
@@ -137,6 +143,60 @@ def test_a_link_from_outside_does_not_lead_around_a_studys_rules(folder: Path, t
     link.unlink()
     link.symlink_to(write_study(tmp_path / "open", blind=False) / "volumes" / "left side" / "first.npy")
     assert read_path(link, "anna", "keypoints").items[0].volume_path == link
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege")
+def test_a_folder_lists_no_links_into_a_blind_study(folder: Path, tmp_path: Path) -> None:
+    mixed = tmp_path / "mixed"
+    mixed.mkdir()
+    for name in ("b", "c"):
+        write_volume(mixed / f"{name}.npy")
+    others = {
+        "a porcine liver": folder / "volumes" / "left side" / "porcine-liver.npy",
+        "d": write_study(tmp_path / "open", blind=False) / "volumes" / "left side" / "first.npy",
+    }
+    for name, path in others.items():
+        (mixed / f"{name}.npy").symlink_to(path)
+
+    found = read_path(mixed, "anna", "keypoints")
+    assert [item.label for item in found.items] == ["b.npy", "c.npy", "d.npy"]
+    assert found.first == 0
+    found = read_path(mixed / "c.npy", "anna", "keypoints")
+    assert [item.label for item in found.items] == ["b.npy", "c.npy", "d.npy"]
+    assert found.items[found.first].label == "c.npy"
+    # Whoever works blind nowhere sees what is there, once they have said who they are.
+    assert len(read_path(mixed, "zoe", "keypoints").items) == 4
+    unsettled = read_path(mixed, "zoe", "keypoints", is_settled=lambda _folder, _person: False)
+    assert len(unsettled.items) == 3
+    for name in ("b", "c", "d"):
+        (mixed / f"{name}.npy").unlink()
+    with pytest.raises(KeptFromView, match="queue"):
+        read_path(mixed, "anna", "keypoints")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege")
+def test_edits_are_recovered_into_a_list_without_such_links(
+    qtbot: QtBot, empty_session: Session, options: SessionOptions, folder: Path, tmp_path: Path
+) -> None:
+    mixed = tmp_path / "mixed"
+    mixed.mkdir()
+    for name in ("b", "c"):
+        write_volume(mixed / f"{name}.npy")
+    open_and_wait(qtbot, empty_session, mixed / "c.npy")
+    empty_session.place((1.0, 2.0, 3.0))
+    empty_session.abandon()
+    (mixed / "a.npy").symlink_to(folder / "volumes" / "left side" / "first.npy")
+    (recovery,) = find_recoveries(options.recovery_folder)
+    later = Session(replace(options))
+    with qtbot.waitSignal(later.volume_changed, check_params_cb=lambda: later.volume is not None):
+        later.recover(recovery)
+    assert [item.label for item in later.items] == ["b.npy", "c.npy"]
+    assert later.volume_label == "c.npy"
+    # What was begun as a link is not opened either.
+    with pytest.raises(KeptFromView):
+        without_kept(read_worklist(mixed, "anna"), "anna", lambda _folder, _person: True, 0)
+    later.abandon()
+    later.shut_down()
 
 
 def test_a_volume_of_an_open_study_leads_to_what_is_left_of_it_in_the_queue(tmp_path: Path) -> None:
