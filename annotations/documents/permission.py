@@ -40,9 +40,9 @@ def while_at_work(study: Study, person: str) -> Permission:
     """Return what an annotator may see of a volume as long as the own work on it is not done."""
     if study.viewing.others == "always":
         return FREE
-    if study.viewing.others == "never" and not study.is_reviewer(person):
+    if not study.ever_shows_others_to(person):
         reason = _NEVER
-    elif _has_repeats(study):
+    elif study.has_repeats:
         # The same words for every volume: which ones come again is not to be known.
         reason = "You see the others' work and predictions once all of your own work in this study is done"
     elif len(study.methods_of(person)) > 1:
@@ -63,7 +63,7 @@ def permission(study: Study, folder: Path, person: str, volume_id: str) -> Permi
         return FREE
     if any(True for _ in _unfinished(study, folder, person, volume_id)):
         return while_at_work(study, person)
-    if study.viewing.others == "never" and not study.is_reviewer(person):
+    if not study.ever_shows_others_to(person):
         return Permission(may_see=False, reason=_NEVER)
     return FREE
 
@@ -73,7 +73,7 @@ def keeps_passes_apart(study: Study, folder: Path, person: str) -> bool:
 
     So it is in blind work, until all of it is done.
     """
-    if not (study.is_blind_for(person) and _has_repeats(study)):
+    if not (study.is_blind_for(person) and study.has_repeats):
         return False
     return any(True for _ in _unfinished(study, folder, person))
 
@@ -86,7 +86,7 @@ def check_may_see_all(
     Parameters
     ----------
     problem : str
-        What is said where the person may not.
+        What is said where the person may not yet.
     cancelled : callable, optional
         Asked before each volume whether to stop.
 
@@ -97,24 +97,23 @@ def check_may_see_all(
     Cancelled
         `cancelled` returned true.
     """
-    for volume in study.volumes:
+    # Where volumes come again, all have the same answer, for which all files are read.
+    for volume in study.volumes[:1] if study.has_repeats else study.volumes:
         if cancelled():
             raise Cancelled
         if not permission(study, folder, person, volume.id).may_see:
+            if not study.ever_shows_others_to(person):
+                raise UserError(_NEVER, remedy="Leave it to its reviewers")
             raise UserError(
                 problem, remedy="Finish your own work in this study first, by each of your methods"
             )
-
-
-def _has_repeats(study: Study) -> bool:
-    return any(volume.repeats for volume in study.volumes)
 
 
 def _unfinished(
     study: Study, folder: Path, person: str, volume_id: str | None = None
 ) -> Iterator[AnnotationName]:
     """Yield what the person has not done: of a volume; of all, where none is named or some come again."""
-    of_all = volume_id is None or _has_repeats(study)
+    of_all = volume_id is None or study.has_repeats
     for method in study.methods_of(person):
         # From the end: that is where most is left, and the first that is found is enough.
         for place in reversed(queue(study, person, method)):

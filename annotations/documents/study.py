@@ -202,6 +202,15 @@ class Study(Record):
         """Say whether a person is one of the annotators or reviewers, or the consensus they come to."""
         return person in (*self.annotators, *self.viewing.reviewers, CONSENSUS)
 
+    def ever_shows_others_to(self, person: str) -> bool:
+        """Say whether a person sees the others' work, and predictions, once their own is done."""
+        return self.viewing.others != "never" or self.is_reviewer(person)
+
+    @property
+    def has_repeats(self) -> bool:
+        """Whether volumes come again, which nobody is to know of."""
+        return any(volume.repeats for volume in self.volumes)
+
     def is_blind_for(self, person: str) -> bool:
         """Say whether a person is to know the volumes by their numbers alone.
 

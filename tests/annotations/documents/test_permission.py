@@ -3,14 +3,16 @@ from pathlib import Path
 
 import pytest
 
+from annotations.documents import permission as documents_permission
 from annotations.documents.annotation import Annotation, with_all_parts
 from annotations.documents.edits import place_box, place_keypoint
-from annotations.documents.files import save_annotation
-from annotations.documents.permission import FREE, keeps_passes_apart, permission
+from annotations.documents.files import load_annotation, save_annotation
+from annotations.documents.permission import FREE, check_may_see_all, keeps_passes_apart, permission
 from annotations.documents.queue import queue
 from annotations.documents.record import Method, Status, changed
 from annotations.documents.study import Study, StudyVolume, ViewingRules, annotation_path
 from annotations.documents.study_building import with_rules
+from annotations.errors import UserError
 from annotations.geometry.boxes import Box
 from annotations.geometry.tool_library import shipped_tools
 
@@ -129,6 +131,33 @@ def test_where_nobody_sees_the_others_being_done_changes_nothing(tmp_path: Path,
     now = permission(closed, tmp_path, "anna", "v001")
     assert (now.may_see, now.may_look) == (False, False)
     assert now.reason == "In this study annotators see neither each other's work nor predictions"
+
+
+def test_where_nobody_sees_the_others_nobody_is_told_to_finish_first(
+    tmp_path: Path, anna_is_done: None
+) -> None:
+    closed = with_rules(STUDY, viewing=ViewingRules(others="never"))
+    with pytest.raises(UserError) as refused:
+        check_may_see_all(closed, tmp_path, "anna", "it shows what the others found")
+    assert str(refused.value) == (
+        "In this study annotators see neither each other's work nor predictions. Leave it to its reviewers."
+    )
+    with pytest.raises(UserError, match="Finish your own work"):
+        check_may_see_all(STUDY, tmp_path, "anna", "it shows what the others found")
+
+
+def test_where_volumes_come_again_every_file_is_read_once_for_all_of_them(
+    tmp_path: Path, keep: Keep, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    repeated = changed(STUDY, volumes=tuple(changed(each, repeats=1) for each in STUDY.volumes))
+    queued = queue(repeated, "ben", "keypoints")
+    paths = [keep("ben", place.volume.id, "keypoints", place.repeat) for place in queued]
+    read: list[Path] = []
+    monkeypatch.setattr(
+        documents_permission, "load_annotation", lambda path: read.append(path) or load_annotation(path)
+    )
+    check_may_see_all(repeated, tmp_path, "ben", "it shows what the others found")
+    assert sorted(read) == sorted(paths)
 
 
 def test_whoever_does_not_annotate_reviews_where_no_reviewer_is_named(tmp_path: Path) -> None:
