@@ -40,8 +40,8 @@ class Seeing(QObject):
     Signals
     -------
     permission_changed
-        ``permission`` may be another one: another volume is open, or the person's own work on it has been
-        saved as done, or is in progress again.
+        ``permission`` or ``work_refusal`` may be another one: another volume is open, or the person's own
+        work on it has been saved as done, or is in progress again.
     """
 
     permission_changed = Signal()
@@ -76,7 +76,7 @@ class Seeing(QObject):
     def work_refusal(self) -> str:
         """Why the own work must not be shaped by the others' now, likewise, whoever looks anyway.
 
-        Empty once the work is done, and where nobody works blind.
+        Empty where nobody works blind, and once the work is done if annotators see the others at all.
         """
         return self._alone_refusal or self._by_rules.reason
 
@@ -178,7 +178,8 @@ class Seeing(QObject):
 
     def _forget(self) -> None:
         before, self._permission, self._apart = self._permission, None, None
-        if before is not None and before != self.permission:
+        # Whoever looks anyway may all the while; what their own work may be shaped by changes with the rules.
+        if before is not None and before != self._by_rules:
             self.permission_changed.emit()
 
     def _on_session_volume_changed(self) -> None:

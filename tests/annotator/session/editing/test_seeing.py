@@ -176,6 +176,26 @@ def test_looking_anyway_is_written_before_anything_is_shown_even_into_an_empty_d
     assert len(empty_session.viewings) == 1
 
 
+def test_whoever_looks_anyway_is_told_of_a_change_alone(
+    qtbot: QtBot, empty_session: Session, folder: Path
+) -> None:
+    allow_looking(folder)
+    open_and_wait(qtbot, empty_session, folder)
+    go_to(qtbot, empty_session, "first")
+    assert empty_session.seeing.look_anyway()
+    told: list[str] = []
+    empty_session.seeing.permission_changed.connect(lambda: told.append(empty_session.seeing.work_refusal))
+    for _ in range(2):
+        empty_session.place(POSITION_UM)
+        assert empty_session.save()
+        empty_session.undo()
+        assert empty_session.save()
+    assert told == []
+    # What is seen does not change, but the work may be shaped by it from now on.
+    finish(empty_session)
+    assert told == [""]
+
+
 def test_what_was_seen_in_one_pass_is_known_in_the_next(
     qtbot: QtBot, empty_session: Session, tmp_path: Path
 ) -> None:
