@@ -148,11 +148,11 @@ class Agreeing(QObject):
             return "" if worklist.study.is_reviewer(self._person) else _NEVER
         if worklist.study.viewing.others == "always":
             return ""
+        if not worklist.study.ever_shows_others_to(self._person):
+            return _NEVER
         to_do = sum(item.status != "done" for item in worklist.items)
-        if to_do and worklist.annotator == self._person:
-            return _UNFINISHED.format(to_do, worklist.method)
-        may_see = worklist.study.viewing.others != "never" or worklist.study.is_reviewer(self._person)
-        return "" if may_see else _NEVER
+        is_unfinished = to_do and worklist.annotator == self._person
+        return _UNFINISHED.format(to_do, worklist.method) if is_unfinished else ""
 
     @property
     def export_refusal(self) -> str:

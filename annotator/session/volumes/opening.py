@@ -152,7 +152,7 @@ def _check_permission(request: OpeningRequest) -> None:
     if worklist.annotator == CONSENSUS and worklist.study is not None and volume_id is not None:
         allowed = permission(worklist.study, worklist.folder, request.person, volume_id)
         if not allowed.may_see:
-            raise KeptFromView(allowed.reason, remedy="Finish your own annotation of it first")
+            raise KeptFromView(allowed.reason)
 
 
 def _with_document(request: OpeningRequest, volume: Volume, volume_fingerprint: str) -> Found:

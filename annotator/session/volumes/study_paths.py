@@ -167,7 +167,9 @@ def _of_annotation(
         return replace(queued, first=paths.index(path)) if path in paths else read_worklist(path, annotator)
     rules = permission(study, folder, annotator, name.volume_id)
     if not rules.may_see and not rules.may_look:
-        raise KeptFromView(rules.reason, remedy="Finish your own annotation first, from the study's queue")
+        is_too_early = study.ever_shows_others_to(annotator)
+        remedy = "Finish your own annotation first, from the study's queue" if is_too_early else ""
+        raise KeptFromView(rules.reason, remedy=remedy)
     if not rules.may_see and not looks_anyway:
         raise LookNeeded(rules.reason, remedy="Looking anyway is written into your annotation")
     return _at(read_worklist(folder, annotator, name.method), name.volume_id)

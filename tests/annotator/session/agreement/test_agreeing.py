@@ -188,6 +188,16 @@ def test_reopening_ones_own_work_puts_the_numbers_away(
     assert "to do" in empty_session.agreeing.refusal
 
 
+def test_where_annotators_see_no_others_they_are_not_told_to_finish_first(
+    qtbot: QtBot, empty_session: Session, folder: Path
+) -> None:
+    save_study(changed(load_study(folder), viewing=ViewingRules(others="never")), folder)
+    open_and_wait(qtbot, empty_session, folder)
+    empty_session.set_status("in_progress")
+
+    assert "its reviewers do" in empty_session.agreeing.refusal
+
+
 @pytest.mark.parametrize(
     ("person", "rules", "sees"),
     [
