@@ -38,7 +38,7 @@ _MOST_UNFINISHED = 3
 class LiveWindow(QWidget):
     """Shows what a network sees in each volume that comes, and where it has the tool.
 
-    Closing it ends the network's process.
+    Closing it ends the network's process, and takes away what was shown.
 
     Signals
     -------
@@ -99,7 +99,8 @@ class LiveWindow(QWidget):
         return QSize(1060, 720)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        self._living.stop()
+        self._living.leave()
+        self._clear()
         super().closeEvent(event)
 
     def _lay_out(self) -> None:
@@ -148,6 +149,14 @@ class LiveWindow(QWidget):
         words = "" if statistics is None else _unfinished_words(statistics.unfinished)
         self._unfinished.setText(words)
         self._unfinished.setVisible(bool(words))
+
+    def _clear(self) -> None:
+        """Take away what was shown, and what was said of it."""
+        self.projections.clear()
+        self._readings.clear()
+        self._unfinished.setText("")
+        self.projections.show_note("")
+        self._messages.clear()
 
     def _tell(self, text: str) -> None:
         # In its own words: no volume of a blind study is shown, and a number would tell another one's.
@@ -198,11 +207,7 @@ class LiveWindow(QWidget):
 
     @Slot()
     def _on_living_kept_from_view(self) -> None:
-        self.projections.clear()
-        self._readings.clear()
-        self._unfinished.setText("")
-        self.projections.show_note("")
-        self._messages.clear()
+        self._clear()
 
     @Slot(object)
     def _on_living_stopped(self, error: UserError) -> None:

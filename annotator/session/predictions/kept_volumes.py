@@ -10,14 +10,24 @@ from annotations.errors import UserError
 from annotations.volumes import volume_paths
 from annotator.session.volumes.worklist import Worklist
 
-KEPT_FROM_VIEW = (
-    "In this study predictions are kept from you until your own work is done: choose other volumes"
+_BY_NUMBER = (
+    "In this study predictions by volumes' names are kept from you, who know them by their numbers: "
+    "choose other volumes"
 )
+_NEVER = "In this study predictions are kept from all who annotate: choose other volumes"
+_NOT_YET = "In this study predictions are kept from you until your own work is done: choose other volumes"
 _UNREADABLE = "They lie in a study that cannot be read, so that nobody knows whether you may see them"
 
 _NAMELESS = "The study “{}” does not name {}: open it first, and say who you are"
 
 _FileId = tuple[int, int]
+
+
+def kept_from_view(study: Study, person: str) -> str:
+    """Say why volumes of a study are kept from a person's view, without a full stop."""
+    if study.is_blind_for(person):
+        return _BY_NUMBER
+    return _NOT_YET if study.ever_shows_others_to(person) else _NEVER
 
 
 class KeptVolumes:
@@ -84,9 +94,10 @@ class KeptVolumes:
         is_named = not study.annotators or study.names(self._person)
         if not is_named and not self._is_settled(folder, self._person):
             return _NAMELESS.format(study.title, self._person)
-        if study.is_blind_for(self._person):
-            return KEPT_FROM_VIEW
-        return "" if all(self._may_see(study, folder, each) for each in ids) else KEPT_FROM_VIEW
+        is_seen = not study.is_blind_for(self._person) and all(
+            self._may_see(study, folder, each) for each in ids
+        )
+        return "" if is_seen else kept_from_view(study, self._person)
 
     def _study(self, folder: Path) -> Study | None:
         if folder not in self._studies:
@@ -96,7 +107,8 @@ class KeptVolumes:
         return self._studies[folder]
 
     def _may_see(self, study: Study, folder: Path, volume_id: str) -> bool:
-        asked = (folder, volume_id)
+        # Where volumes come again, all have the same answer, for which all of the person's files are read.
+        asked = (folder, "" if study.has_repeats else volume_id)
         if asked not in self._is_seen:
             self._is_seen[asked] = permission(study, folder, self._person, volume_id).may_see
         return self._is_seen[asked]

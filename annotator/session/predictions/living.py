@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 from annotations.errors import UserError
 from annotator.session.editing.seeing import Seeing
-from annotator.session.predictions.kept_volumes import KEPT_FROM_VIEW, KeptVolumes
+from annotator.session.predictions.kept_volumes import KeptVolumes, kept_from_view
 from annotator.session.predictions.predicting import Predicting
 from annotator.session.state import SessionState
 from annotator.session.volumes.spacing_answer import SpacingAnswer
@@ -134,7 +134,7 @@ class Living(QObject):
         if study.study is not None and (self._session.is_blind or not self._seeing.may_see_others()):
             there, own = folder.resolve(), study.folder.resolve()
             if own in (there, *there.parents) or there in own.parents:
-                return KEPT_FROM_VIEW
+                return kept_from_view(study.study, self._session.person)
         return self._kept_volumes().refusal_of_all(folder)
 
     def start(self, folder: Path, playback: Playback | None, *, keeps: bool) -> None:
@@ -198,6 +198,11 @@ class Living(QObject):
         self._left = [*(run for run in self._left if run.is_alive), self._run]
         self._run, self._is_ready, self._is_restarting = None, False, False
         self.running_changed.emit()
+
+    def leave(self) -> None:
+        """Stop, where what was shown is gone as well: nothing of it can become what is not to be seen."""
+        self.stop()
+        self._folder = None
 
     def close(self) -> None:
         """Stop, and wait a moment for the process to end."""

@@ -323,10 +323,12 @@ def test_closing_the_window_ends_the_process(qtbot, window, folder, monkeypatch)
     start(qtbot, window, folder, monkeypatch)
     run = window._living._run
     process = run._network._child._process
+    window._living.failed.emit(UserError("it cannot be read", where="wrong.npy"))
 
     window.close()
 
     assert not window._living.is_running
+    assert messages(window) == ""
     run.join(PATIENCE_MS / 1000)
     assert process.poll() is not None
 

@@ -1,10 +1,16 @@
 """The session's live view: what it is kept from, and what it asks only once."""
 
 import os
+import sys
 
 import numpy as np
 import pytest
 
+from annotations.documents import permission
+from annotations.documents.files import load_annotation
+from annotations.documents.queue import queue
+from annotations.documents.study import ViewingRules, load_study
+from annotator.session.predictions import kept_volumes
 from annotator.session.predictions.living import Playback
 from tests.annotations.prediction.tiny_networks import save_tiny
 from tests.annotator.blind_study import IDS, annotate, write_study
@@ -29,9 +35,9 @@ def test_in_blind_work_predictions_of_the_studys_volumes_are_kept_from_view(
     for folder in (study, study / "volumes", tmp_path):
         empty_session.living.start(folder, Playback(), keeps=False)
 
-    assert [error.problem.partition(":")[0] for error in told] == [
-        "In this study predictions are kept from you until your own work is done"
-    ] * 3
+    assert len(told) == 3
+    # Nor are they once the own work is done: they would have names.
+    assert all("who know them by their numbers" in error.problem for error in told)
     assert not empty_session.living.is_running
     assert empty_session.living.refusal(tmp_path / "elsewhere") == ""
 
@@ -58,8 +64,12 @@ def links_to(volumes, folder, link):
     return folder
 
 
+# Others ask for no right.
+LINKS = [os.link] if sys.platform == "win32" else [os.symlink, os.link]
+
+
 @pytest.mark.parametrize("is_open", [True, False])
-@pytest.mark.parametrize("link", [os.symlink, os.link])
+@pytest.mark.parametrize("link", LINKS)
 def test_links_to_volumes_of_a_blind_study_are_kept_from_view(qtbot, empty_session, tmp_path, is_open, link):
     study = write_study(tmp_path / "study")
     links = links_to(study / "volumes", tmp_path / "links", link)
@@ -97,6 +107,31 @@ def test_volumes_of_a_study_are_for_those_who_may_see_predictions_of_them(empty_
     assert empty_session.living.refusal(volumes) == ""
 
 
+@pytest.mark.parametrize("is_open", [True, False])
+@pytest.mark.parametrize(("others", "words"), [("when_done", "until your own work"), ("never", "all who")])
+def test_it_is_said_whether_they_are_ever_shown(qtbot, empty_session, tmp_path, is_open, others, words):
+    study = write_study(tmp_path / "study", blind=False, viewing=ViewingRules(others=others))
+    empty_session.set_annotator_name("anna")
+    if is_open:
+        open_and_wait(qtbot, empty_session, study)
+    refusal = empty_session.living.refusal(study / "volumes" / "left side")
+    assert words in refusal
+    assert ("until" in refusal) == (others == "when_done")
+
+
+def test_where_volumes_come_again_every_file_is_read_once(empty_session, tmp_path, monkeypatch):
+    study = write_study(tmp_path / "study", blind=False)
+    paths = [
+        annotate(study, "anna", each.volume.id, repeat=each.repeat)
+        for each in queue(load_study(study), "anna", "keypoints")
+    ]
+    empty_session.set_annotator_name("anna")
+    read = []
+    monkeypatch.setattr(permission, "load_annotation", lambda at: read.append(at) or load_annotation(at))
+    assert empty_session.living.refusal(study / "volumes" / "left side") == ""
+    assert sorted(read) == sorted(paths)
+
+
 def test_whoever_would_be_asked_who_they_are_says_so_first(empty_session, tmp_path):
     study = write_study(tmp_path / "study")
     volumes = study / "volumes" / "left side"
@@ -113,6 +148,7 @@ def test_a_study_that_cannot_be_read_keeps_its_volumes_from_view(empty_session, 
     assert "cannot be read" in empty_session.living.refusal(study / "volumes" / "left side")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege")
 def test_a_volume_that_is_linked_to_meanwhile_ends_it_unnamed(qtbot, empty_session, told, tmp_path):
     study = write_study(tmp_path / "study")
     empty_session.set_annotator_name("anna")
@@ -137,6 +173,24 @@ def test_what_a_run_that_has_ended_left_is_withdrawn_as_well(qtbot, empty_sessio
     empty_session.set_annotator_name("anna")
     with qtbot.waitSignal(empty_session.living.kept_from_view):
         open_and_wait(qtbot, empty_session, study)
+
+
+def test_what_has_been_left_is_not_looked_at_again(qtbot, empty_session, tmp_path, monkeypatch):
+    study, other = write_study(tmp_path / "study"), write_study(tmp_path / "other", blind=False)
+    empty_session.predicting.load(save_tiny(tmp_path / "tiny.onnx"))
+    empty_session.set_annotator_name("rita")
+    living = empty_session.living
+    living.start(study / "volumes" / "left side", None, keeps=False)
+    listed = []
+    monkeypatch.setattr(kept_volumes, "volume_paths", lambda folder: listed.append(folder) or [])
+    living.stop()
+    open_and_wait(qtbot, empty_session, other)
+    assert listed
+    listed.clear()
+    living.leave()
+    with qtbot.waitSignal(empty_session.volume_changed):
+        empty_session.open_item((empty_session.current_index + 1) % len(empty_session.items))
+    assert listed == []
 
 
 def test_without_a_checkpoint_nothing_starts(empty_session, told, tmp_path):
