@@ -212,6 +212,14 @@ def test_a_volume_of_an_open_study_leads_to_what_is_left_of_it_in_the_queue(tmp_
     assert found.items[found.first].annotation_path == own
 
 
+def test_where_annotators_see_no_others_nobody_is_told_to_finish_first(tmp_path: Path) -> None:
+    folder = write_study(tmp_path / "study", viewing=ViewingRules(others="never"))
+    with pytest.raises(KeptFromView) as refused:
+        read_path(annotate(folder, "ben", "first"), "anna", "keypoints")
+    assert "neither each other's work" in str(refused.value)
+    assert "inish" not in str(refused.value)
+
+
 @pytest.mark.parametrize("blind", [True, False])
 def test_anothers_annotation_is_kept_until_the_own_work_is_done(tmp_path: Path, blind: bool) -> None:
     folder = write_study(tmp_path / "study", blind=blind, repeats=False)
