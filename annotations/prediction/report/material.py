@@ -86,6 +86,11 @@ class ReportMaterial:
     remarks: tuple[str, ...] = ()
 
     @property
+    def sentences(self) -> tuple[str, ...]:
+        """The remarks as they are read."""
+        return tuple(f"{remark[:1].upper()}{remark[1:]}." for remark in self.remarks)
+
+    @property
     def tables(self) -> tuple[ErrorTable, ...]:
         """Of each checkpoint."""
         return tuple(each.table for each in self.checkpoints)

@@ -70,7 +70,7 @@ def _about(material: ReportMaterial, place: int) -> str:
 
 
 def _errors(material: ReportMaterial) -> Section:
-    items: list[Item] = [Note(f"{remark[:1].upper()}{remark[1:]}.") for remark in material.remarks]
+    items: list[Item] = [Note(sentence) for sentence in material.sentences]
     items += [tables.main_table(material)]
     if not any(table.human for table in material.tables):
         items.append(

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from annotations.agreement.report.contents import Table
 from annotations.agreement.report.file_tables import MOST_ROWS, cut
-from annotations.agreement.report.labels import NOTHING, counted, moment
+from annotations.agreement.report.labels import NOTHING, counted, listed, moment
 from annotations.prediction.errors.error_table import ErrorsOfVolume, ErrorTable, HumanFloor
 from annotations.prediction.errors.error_text import column_title, decimals_of, mean_and_deviation
 from annotations.prediction.errors.prediction_errors import ErrorFigures, ErrorOverview
@@ -108,8 +108,10 @@ def ranking_table(checkpoint: JudgedCheckpoint, name: str) -> Table | None:
     errors = {row.volume: row for row in checkpoint.table.rows}
     verdicts = checkpoint.verdicts_in_words
     has_people = any(each.floors for each in checkpoint.ranking)
+    shown = checkpoint.ranking[:WORST_VOLUMES]
+    has_begun = any(errors[each.volume].begun_from for each in shown)
     rows = []
-    for ranked in checkpoint.ranking[:WORST_VOLUMES]:
+    for ranked in shown:
         row = errors[ranked.volume]
         times = ranked.ratio if has_people else ranked.ratio_to_median
         rows.append(
@@ -122,17 +124,24 @@ def ranking_table(checkpoint: JudgedCheckpoint, name: str) -> Table | None:
                 f"{row.presence:.0%}",
                 ", ".join(ranked.missing) or NOTHING,
                 "; ".join(verdicts.get(ranked.volume, ())) or NOTHING,
+                *([listed(list(row.begun_from)) or NOTHING] if has_begun else ()),
             )
         )
-    shown = f"{len(rows)} of {counted(len(checkpoint.ranking), 'volume')}"
+    share = f"{len(rows)} of {counted(len(checkpoint.ranking), 'volume')}"
     return Table(
-        f"{name}: the volumes that need a look first ({shown}). "
+        f"{name}: the volumes that need a look first ({share}). "
         + (
             "First those with keypoints that were not found, then by how many times further the checkpoint "
             "is from the truth than another person would be; how far that is stands in brackets."
             if has_people
             else "How far people are apart is not known: they stand by their largest error relative to its "
             "median over the volumes."
+        )
+        + (
+            " “Begun from”: the checkpoint from whose prediction the annotation was begun; such a volume "
+            "counts in no figure."
+            if has_begun
+            else ""
         ),
         (
             "Volume",
@@ -143,9 +152,10 @@ def ranking_table(checkpoint: JudgedCheckpoint, name: str) -> Table | None:
             "Confidence",
             "Not found",
             "Verdicts",
+            *(["Begun from"] if has_begun else ()),
         ),
         tuple(rows),
-        words=frozenset({2, len(targets) + 5, len(targets) + 6}),
+        words=frozenset({2, len(targets) + 5, len(targets) + 6, *([len(targets) + 7] if has_begun else ())}),
     )
 
 

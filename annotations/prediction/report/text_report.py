@@ -42,7 +42,7 @@ def text_of(material: ReportMaterial) -> str:
         parts += map(table_text, _present(tables.main_table(material), paired_table.paired_table(material)))
     parts += map(error_text, material.tables, material.names)
     parts += map(table_text, _present(tables.verdict_counts_table(material)))
-    parts += material.remarks
+    parts += material.sentences
     return "\n\n".join(parts) + "\n"
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from annotations.agreement.report.contents import Photo
+from annotations.agreement.report.labels import listed
 from annotations.agreement.report.marks import LEGEND_IN, WIDTH_IN, Room, legend
 from annotations.agreement.report.palette import Look
 from annotations.agreement.report.pictures import picture_bytes
@@ -124,6 +125,10 @@ def _picture(
         f"{column_title(target)} {value:.{decimals_of(target)}f}" for target, value in row.targets.items()
     )
     missing = f" Not found: {', '.join(row.missing)}." if row.missing else ""
+    begun = ""
+    if row.begun_from:
+        checkpoints = listed(list(row.begun_from))
+        begun = f" The annotation was begun from a prediction of {checkpoints}: it counts in no figure."
     ground = (
         "the brightest voxels along each axis"
         if level is not None
@@ -132,9 +137,9 @@ def _picture(
     size_in = (WIDTH_IN, _HEIGHT_IN + LEGEND_IN)
     return Photo(
         caption=f"{name}, volume {row.volume}, against {row.whose}. Errors: {errors or 'none known'}."
-        f"{missing} Upper row: all keypoints, seen along each axis ({ground}), with a line between each "
-        f"pair. Lower row: keypoint {worst}, which is furthest off ({row.keypoints_um[worst]:,.0f} µm), from "
-        "near by.",
+        f"{missing}{begun} Upper row: all keypoints, seen along each axis ({ground}), with a line between "
+        f"each pair. Lower row: keypoint {worst}, which is furthest off ({row.keypoints_um[worst]:,.0f} µm), "
+        "from near by.",
         alternative=f"Views of volume {row.volume} along its three axes, with the annotated and the "
         "predicted keypoints.",
         size_in=size_in,

@@ -161,7 +161,7 @@ def test_volumes_begun_from_a_prediction_are_told_in_every_form(
     export_errors(report_material(FORCEPS, Truth(), [table], [{}]), None, report_paths(out))
 
     said = "of 1 volume (v003) the annotation was begun from a prediction of Lean"
-    assert said in (out / "errors.txt").read_text()
+    assert f"\nO{said[1:]}" in (out / "errors.txt").read_text()
     assert said in (out / "errors.html").read_text().replace("Of 1 volume", "of 1 volume")
     assert said in json.loads((out / "errors.json").read_text())["remarks"][0]
     rows = {row["volume"]: row["begun_from_prediction_of"] for row in table_of(out, "volumes.csv")}

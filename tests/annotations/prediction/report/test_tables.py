@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from annotations.agreement.report.labels import NOTHING
 from annotations.documents.record import changed
 from annotations.prediction.errors.error_table import ErrorTable, UnjudgedVolume
 from annotations.prediction.errors.study_errors import Truth
@@ -55,6 +56,27 @@ def test_volumes_with_missing_keypoints_need_a_look_first(material: ReportMateri
     ratios = [float(row[1].replace(",", "")) for row in table.rows[1:]]
     assert ratios == sorted(ratios, reverse=True)
     assert "(" in table.rows[1][3]
+
+
+def test_what_was_begun_from_a_prediction_is_marked_among_the_worst(make: Make) -> None:
+    plain = make()
+    rows = tuple(
+        changed(row, begun_from=("Lean", "V2V")) if row.volume == "v001" else row for row in plain.rows
+    )
+    begun, without = (
+        tables.ranking_table(report_material(FORCEPS, Truth(), [table], [{}]).checkpoints[0], "Lean")
+        for table in (changed(plain, rows=rows), plain)
+    )
+
+    assert begun is not None
+    assert without is not None
+    marked = {row[0]: row[-1] for row in begun.rows}
+    assert begun.columns == (*without.columns, "Begun from")
+    assert marked.pop("v001") == "Lean and V2V"
+    assert set(marked.values()) == {NOTHING}
+    assert len(begun.columns) - 1 in begun.words
+    assert "counts in no figure" in begun.caption
+    assert "Begun" not in without.caption
 
 
 def test_without_several_annotators_they_stand_by_their_errors_alone(make: Make) -> None:
@@ -129,4 +151,4 @@ def test_what_latex_would_take_for_a_command_stays_text(make: Make) -> None:
 def test_remarks_reach_every_form_for_people(material: ReportMaterial) -> None:
     remarked = replace(material, remarks=("trained on volumes of this study",))
 
-    assert text_of(remarked).rstrip().endswith("trained on volumes of this study")
+    assert text_of(remarked).rstrip().endswith("\nTrained on volumes of this study.")

@@ -7,6 +7,7 @@ import pytest
 
 from annotations.documents.edits import place_keypoint
 from annotations.documents.files import load_annotation, save_annotation
+from annotations.documents.record import changed
 from annotations.documents.study import annotation_path
 from annotations.errors import Cancelled
 from annotations.prediction.report.exporting import export_errors
@@ -37,6 +38,22 @@ def test_without_its_volume_the_keypoints_are_drawn_alone(study: Path, of_study:
     (study / "volumes" / "v002.npy").unlink()
 
     assert "not at hand" in drawn(of_study, study)[0]
+
+
+def test_an_annotation_that_was_begun_from_a_prediction_is_said_to_be(
+    study: Path, of_study: ReportMaterial
+) -> None:
+    [checkpoint] = of_study.checkpoints
+    rows = [
+        changed(row, begun_from=("Lean", "V2V")) if row.volume == "v002" else row
+        for row in checkpoint.table.rows
+    ]
+    begun = replace(checkpoint, table=changed(checkpoint.table, rows=tuple(rows)))
+
+    first, *others = drawn(replace(of_study, checkpoints=(begun,)), study)
+
+    assert "begun from a prediction of Lean and V2V: it counts in no figure" in first
+    assert not any("begun" in caption for caption in others)
 
 
 def test_an_annotation_that_was_changed_since_is_not_drawn(study: Path, of_study: ReportMaterial) -> None:
