@@ -1,6 +1,7 @@
 """Voxels that lie in a file just as they lie in memory, mapped rather than read."""
 
 import contextlib
+import itertools
 import math
 import mmap
 import os
@@ -120,12 +121,12 @@ class MappedStorage(Storage):
         if opened is None or file is None or not hasattr(mmap, "MADV_WILLNEED"):
             return
         mapped, array = opened
-        spans = list(self._spans(array, region))
-        if len(spans) > _PROBES:
-            probed = [*spans[:: len(spans) // _PROBES], spans[-1]]
-            if all(file.has_in_memory(start) for start, _ in probed):
-                return
-        for start, stop in spans:
+        spans = self._spans(array, region)
+        first = list(itertools.islice(spans, _PROBES + 1))
+        if len(first) > _PROBES and all(map(file.has_in_memory, self._probes(array, region))):
+            return
+        # One after the other: of a large volume there are a hundred thousand.
+        for start, stop in itertools.chain(first, spans):
             page = start - start % mmap.PAGESIZE
             # Advice only: where it is not taken, the pages are read when they are touched.
             with contextlib.suppress(OSError):
@@ -139,10 +140,8 @@ class MappedStorage(Storage):
         """Return the bytes of a region, row by row, joined where they are near."""
         if any(part.start >= part.stop for part in region):
             return
-        slow, middle, fast = sorted(range(3), key=lambda axis: -array.strides[axis])
-        planes, rows, voxels = (
-            range(part.start, part.stop, part.step) for part in (region[slow], region[middle], region[fast])
-        )
+        slow, middle, fast = _axes(array)
+        planes, rows, voxels = (_places(region[axis]) for axis in (slow, middle, fast))
         length = array.itemsize + (voxels[-1] - voxels[0]) * array.strides[fast]
         if rows.step * array.strides[middle] - length <= _GAP_BYTES:
             # All rows of a plane are one piece.
@@ -160,3 +159,22 @@ class MappedStorage(Storage):
                     start = begin
                 stop = begin + length
         yield start, stop
+
+    def _probes(self, array: Array, region: Region) -> Iterator[int]:
+        """Return where some rows of a region begin, evenly from the first to the last one."""
+        slow, middle, fast = _axes(array)
+        planes, rows = _places(region[slow]), _places(region[middle])
+        last = len(planes) * len(rows) - 1
+        for probe in range(_PROBES + 1):
+            plane, row = divmod(last * probe // _PROBES, len(rows))
+            place = ((slow, planes[plane]), (middle, rows[row]), (fast, region[fast].start))
+            yield self._offset + sum(array.strides[axis] * index for axis, index in place)
+
+
+def _axes(array: Array) -> list[int]:
+    """Return the axes, first the one along which voxels lie furthest apart."""
+    return sorted(range(3), key=lambda axis: -array.strides[axis])
+
+
+def _places(part: slice) -> range:
+    return range(part.start, part.stop, part.step)

@@ -175,6 +175,44 @@ def test_rows_that_are_in_memory_are_not_asked_for_one_by_one(
     assert len(recorder.advised) == (20 if missing is None else 220)
 
 
+@pytest.mark.skipif(not hasattr(mmap, "MADV_WILLNEED"), reason="the system takes no such advice")
+def test_rows_are_asked_for_as_they_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    array = np.zeros((4, 100, 5 * mmap.PAGESIZE), np.uint8)
+    storage = mapped(tmp_path / "v.raw", array, 0)
+    recorder = AdvisedMap()
+    storage._open = (recorder, array)  # type: ignore[assignment]
+    monkeypatch.setattr(mapping._OpenFile, "has_in_memory", lambda _file, _offset: False)
+    find, held = MappedStorage._spans, []
+
+    def spans(self: MappedStorage, array: Any, region: Any) -> Any:
+        for found, span in enumerate(find(self, array, region)):
+            held.append(found - len(recorder.advised))
+            yield span
+
+    monkeypatch.setattr(MappedStorage, "_spans", spans)
+    storage.prefetch((slice(0, 4, 1), slice(0, 100, 1), slice(10, 20, 1)))
+    assert len(recorder.advised) == len(held) == 400
+    assert max(held) < 100
+
+
+@given(shape=st.tuples(*[st.integers(2, 12)] * 3), order=st.sampled_from("CF"), step=st.integers(1, 3))
+def test_what_is_looked_at_is_of_the_region_from_its_first_byte_to_its_last_row(
+    tmp_path_factory: pytest.TempPathFactory, shape: tuple[int, int, int], order: str, step: int
+) -> None:
+    array = np.zeros(shape, ">u2", order=order)
+    storage = mapped(tmp_path_factory.mktemp("mapped") / "v.raw", array, 7)
+    region = tuple(slice(length // 3, length, step) for length in shape)
+    marked = np.zeros(shape, np.uint8, order=order)
+    marked[region] = 1
+    wanted = 7 + 2 * np.flatnonzero(marked.ravel(order="K"))
+    probes = list(storage._probes(storage._open[1], region))
+    assert set(probes) <= set(wanted)
+    assert probes == sorted(probes)
+    assert probes[0] == wanted[0]
+    fast = array[region].shape[2 if order == "C" else 0]
+    assert probes[-1] == wanted[-fast]
+
+
 def test_asking_may_fail_without_harm(
     write, tmp_path: Path, ramp: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
