@@ -58,6 +58,7 @@ def keep_painted(widget: QWidget) -> None:
     """Let a widget of another height paint what comes into sight, and nothing else; nor its children.
 
     Python is asked for each cell of a table, and many panels get another height whenever one of them is
-    opened. What it paints itself, if anything, has to stand where it stands at any size.
+    opened. What it paints itself, if anything, has to stand where it stands at any size. The rows of a
+    `QTableView` do not: scrolled to the end, they move when it becomes smaller.
     """
     widget.setAttribute(Qt.WidgetAttribute.WA_StaticContents)

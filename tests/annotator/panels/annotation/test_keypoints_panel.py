@@ -2,7 +2,16 @@
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QTableView, QToolButton
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import (
+    QApplication,
+    QComboBox,
+    QLabel,
+    QLineEdit,
+    QTableView,
+    QToolButton,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from annotations.geometry.frames import Vector
@@ -69,6 +78,31 @@ def test_the_arrow_keys_go_through_the_keypoints(qtbot: QtBot, session: Session,
     qtbot.keyClick(table, Qt.Key.Key_Down)
     assert session.view.active_part == "k1"
     assert session.view.crosshair_um == K1_UM
+
+
+def on_screen(widget: QWidget) -> QImage:
+    """Return what a person sees, which need not be what would be painted now."""
+    for _ in range(3):
+        QApplication.processEvents()
+    window = widget.window()
+    place = widget.rect().translated(widget.mapTo(window, QPoint(0, 0)))
+    return widget.screen().grabWindow(window.winId()).toImage().copy(place)
+
+
+def test_rows_that_have_scrolled_are_painted_where_they_are(table: QTableView) -> None:
+    def fresh() -> QImage:
+        return table.viewport().grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+
+    row, rows = table.rowHeight(0), table.viewport().height()
+    table.setFixedHeight(table.height() - rows + 5 * row + row // 2)
+    whole = on_screen(table.viewport())
+    table.verticalScrollBar().setValue(1)
+    assert table.verticalScrollBar().maximum() == 1
+    assert on_screen(table.viewport()) == fresh() != whole
+    # At the end the last row is whole at the bottom, and elsewhere the first one at the top.
+    table.setFixedHeight(table.height() - row)
+    assert table.verticalScrollBar().maximum() > 1
+    assert on_screen(table.viewport()) == fresh()
 
 
 def test_the_selected_row_is_the_active_part(session: Session, table: QTableView) -> None:
