@@ -147,8 +147,10 @@ class Canvas(QObject):
 
     @Slot()
     def _on_turn_end_timeout(self) -> None:
-        self._is_asked, self._is_due = False, True
-        if self._open:
+        self._is_asked = False
+        # Who hides it forgets what is due: shown again, it is painted anyway.
+        self._is_due = self._open and self.widget.isVisible()
+        if self._is_due:
             self.widget.update()
 
     def _follow_window(self) -> None:

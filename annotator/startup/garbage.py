@@ -1,10 +1,12 @@
 """Python's collector of reference cycles, kept in the GUI thread."""
 
 import gc
+import sys
 
 from PySide6.QtCore import QObject, QTimer
 
 _LOOK_EVERY_MS = 1000
+_MANY_MODULES = 20
 
 
 class GarbageCollection(QObject):
@@ -17,6 +19,7 @@ class GarbageCollection(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self._modules = len(sys.modules)
         self._timer = QTimer(self)
         self._timer.setInterval(_LOOK_EVERY_MS)
         self._timer.timeout.connect(self._on_timer_timeout)
@@ -33,6 +36,7 @@ class GarbageCollection(QObject):
         once, for what is little.
         """
         gc.freeze()
+        self._modules = len(sys.modules)
 
     def stop(self) -> None:
         """Give the collection back, when no other thread runs any more."""
@@ -42,6 +46,9 @@ class GarbageCollection(QObject):
 
     def _on_timer_timeout(self) -> None:
         """Do what Python would have done by now: the oldest generation whose count is over its threshold."""
+        if len(sys.modules) >= self._modules + _MANY_MODULES:
+            # What a report or a network is made with came late, and stays too.
+            self.settle()
         for generation in (2, 1, 0):
             if gc.get_count()[generation] > gc.get_threshold()[generation]:
                 gc.collect(generation)

@@ -20,6 +20,8 @@ from annotator.startup.garbage import GarbageCollection
 from annotator.startup.termination import Termination
 from annotator.window.main_window import MainWindow
 
+_SWITCH_INTERVAL_S = 0.0005
+
 
 def make_application() -> QApplication:
     """Return the one QApplication, with the program's names."""
@@ -28,6 +30,9 @@ def make_application() -> QApplication:
     # The scene has to be a window of the system's own. Else all the panels around it became ones, too, and
     # the system was asked for the place of each whenever one of them got another size.
     QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
+    # For so long a thread that computes keeps the interpreter to itself when the window asks for it, which is
+    # after each call of Qt's: with Python's own 5 ms the window stood still while a report was made.
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
     application = QApplication(sys.argv[:1])
     application.setApplicationName("oct-annotator")
     application.setApplicationDisplayName("OCT Annotator")

@@ -1,5 +1,7 @@
 import gc
+import sys
 import threading
+import types
 import weakref
 
 import pytest
@@ -49,3 +51,16 @@ def test_collection_is_given_back(qapp):
     collection.stop()
     assert gc.isenabled()
     assert gc.get_freeze_count() == 0
+
+
+def test_what_many_late_modules_brought_is_left_out_of_further_collections(qtbot, collection, monkeypatch):
+    frozen = gc.get_freeze_count()
+    for number in range(30):
+        monkeypatch.setitem(sys.modules, f"late_{number}", types.ModuleType(f"late_{number}"))
+
+    qtbot.waitUntil(lambda: gc.get_freeze_count() > frozen)
+    frozen = gc.get_freeze_count()
+    qtbot.wait(1100)
+
+    # Once: what comes later may be garbage.
+    assert gc.get_freeze_count() <= frozen

@@ -200,7 +200,7 @@ def test_without_a_volume_the_panel_says_so(qtbot: QtBot, session: Session, pane
     assert isinstance(nothing, QLabel)
     assert not nothing.isVisible()
     session.close_volume()
-    assert nothing.isVisible()
+    qtbot.waitUntil(nothing.isVisible)
     QApplication.clipboard().setText("untouched")
     panel.copy_to_clipboard()
     assert QApplication.clipboard().text() == "untouched"
