@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from statistics import fmean
 from typing import Literal
 
 import numpy as np
@@ -152,7 +153,7 @@ class ErrorsOfVolume(Record):
     @property
     def mean_keypoint_um(self) -> float | None:
         """Mean distance of the keypoints; None where none can be compared."""
-        return float(np.mean(list(self.keypoints_um.values()))) if self.keypoints_um else None
+        return fmean(self.keypoints_um.values()) if self.keypoints_um else None
 
 
 class UnjudgedVolume(Record):
