@@ -27,6 +27,7 @@ from annotations.volumes import OMES_REALTIME_SPACING_UM, write_folder_answer
 from annotator.dialogs.live.live_window import LiveWindow
 from annotator.session import Session
 from annotator.session.options import SessionOptions
+from annotator.startup.start import make_application
 from tests.bench.figures import print_figures
 
 MADE = 8
@@ -120,7 +121,7 @@ def main() -> None:
     if options.put is not None:
         put(*options.put, options.rate, options.count, writes=options.write)
         return
-    application = QApplication(sys.argv[:1])
+    application = make_application()
     with tempfile.TemporaryDirectory(prefix="oct-annotator-bench-", dir=options.folder) as name:
         source, target = Path(name) / "study", Path(name) / "incoming"
         write_study(source, find_tool("magnetic-forceps"), count=MADE, seed=1, shape=REALTIME_SHAPE)
