@@ -1,6 +1,7 @@
 """Which volumes are kept from a person's view, together with what is predicted of them."""
 
 import contextlib
+import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -59,7 +60,8 @@ class KeptVolumes:
 
     def refusal(self, path: Path) -> str:
         """Return why a volume, or a folder of volumes, is kept from view, without a full stop; else empty."""
-        real = path.resolve()
+        # Not `Path.resolve`, which refuses links that lead in a circle.
+        real = Path(os.path.realpath(path))
         for folder in dict.fromkeys(self._folders(path, real)):
             ids = self._ids_in(folder).get(_file_id(path) or (0, 0), [])
             is_inside = folder == real or folder in real.parents

@@ -1,5 +1,6 @@
 """What a path leads to: in a study, and above all in a blind one, to the annotator's own queue."""
 
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -77,10 +78,11 @@ def read_path(
     path = path.absolute()
     # Of a study's own folder as well, in which no study lies as a rule.
     folder = study_folder_of(path / STUDY_FILE)
-    linked = study_folder_of(path.resolve() / STUDY_FILE)
+    real = _real(path)
+    linked = study_folder_of(real / STUDY_FILE)
     if folder is None and linked is not None and load_study(linked).blind:
         # A link from outside would lead around the rules of blind work.
-        path, folder = path.resolve(), linked
+        path, folder = real, linked
     if folder is None:
         return without_kept(read_worklist(path, annotator, method), annotator, is_settled)
     study = load_study(folder)
@@ -92,7 +94,7 @@ def read_path(
     if path.parent.parent == folder / "annotations" and name is not None:
         return _of_annotation(study, folder, path, name, annotator, looks_anyway=looks_anyway)
     _refuse_if_blind(study, annotator)
-    ids = [volume.id for volume in study.volumes if (folder / volume.path).resolve() == path.resolve()]
+    ids = [volume.id for volume in study.volumes if _real(folder / volume.path) == real]
     if not ids:
         return without_kept(read_worklist(path, annotator, method), annotator, is_settled)
     return _at(read_worklist(folder, annotator, method), ids[0])
@@ -187,7 +189,7 @@ def _kept(worklist: Worklist, person: str, is_settled: Callable[[Path, str], boo
     keeps: dict[Path, bool] = {}
     kept = set()
     for place, item in enumerate(worklist.items if worklist.study is None else ()):
-        folder = study_folder_of(item.volume_path.resolve()) if item.volume_path.is_symlink() else None
+        folder = study_folder_of(_real(item.volume_path)) if item.volume_path.is_symlink() else None
         if folder is None:
             continue
         if folder not in keeps:
@@ -213,3 +215,8 @@ def _refuse_if_blind(study: Study, annotator: str) -> None:
             f"it belongs to “{study.title}”, in which you annotate without knowing the volumes by name",
             remedy="Open the study's folder: its queue leads to every volume",
         )
+
+
+def _real(path: Path) -> Path:
+    """Return where a path leads; links in a circle, which `Path.resolve` refuses, lead to themselves."""
+    return Path(os.path.realpath(path))

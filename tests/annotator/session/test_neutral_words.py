@@ -17,6 +17,7 @@ from annotations.errors import UserError
 from annotator.session import Session
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.options import SessionOptions
+from annotator.session.predictions.kept_volumes import KeptVolumes
 from annotator.session.volumes.study_paths import (
     KeptFromView,
     LookNeeded,
@@ -37,6 +38,10 @@ def folder(tmp_path: Path) -> Path:
 @pytest.fixture
 def worklist(folder: Path) -> Worklist:
     return read_worklist(folder, "anna")
+
+
+def settled(_folder: Path, _person: str) -> bool:
+    return True
 
 
 def item_of(worklist: Worklist, volume_id: str, repeat: int = 0) -> WorkItem:
@@ -175,6 +180,22 @@ def test_a_folder_lists_no_links_into_a_blind_study(folder: Path, tmp_path: Path
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege")
+def test_a_link_that_leads_in_a_circle_closes_no_folder(
+    qtbot: QtBot, empty_session: Session, folder: Path, tmp_path: Path
+) -> None:
+    mixed = tmp_path / "mixed"
+    mixed.mkdir()
+    (mixed / "loop.npy").symlink_to(mixed / "loop.npy")
+    write_volume(mixed / "z.npy")
+    assert [item.label for item in read_path(mixed, "anna", "keypoints").items] == ["loop.npy", "z.npy"]
+    assert KeptVolumes(read_worklist(folder, "anna"), "anna", settled).refusal_of_all(mixed) == ""
+    with qtbot.waitSignal(empty_session.error_raised) as told:
+        empty_session.open_path(mixed / "loop.npy")
+    assert "loop.npy" in str(told.args[0])
+    open_and_wait(qtbot, empty_session, mixed / "z.npy")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege")
 def test_edits_are_recovered_into_a_list_without_such_links(
     qtbot: QtBot, empty_session: Session, options: SessionOptions, folder: Path, tmp_path: Path
 ) -> None:
@@ -194,7 +215,7 @@ def test_edits_are_recovered_into_a_list_without_such_links(
     assert later.volume_label == "c.npy"
     # What was begun as a link is not opened either.
     with pytest.raises(KeptFromView):
-        without_kept(read_worklist(mixed, "anna"), "anna", lambda _folder, _person: True, 0)
+        without_kept(read_worklist(mixed, "anna"), "anna", settled, 0)
     later.abandon()
     later.shut_down()
 
