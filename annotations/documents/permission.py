@@ -103,7 +103,7 @@ def check_may_see_all(
             raise Cancelled
         if not permission(study, folder, person, volume.id).may_see:
             if not study.ever_shows_others_to(person):
-                raise UserError(_NEVER, remedy="Leave it to its reviewers")
+                raise UserError(f"{problem}. {_NEVER}", remedy="Leave this to the study's reviewers")
             raise UserError(
                 problem, remedy="Finish your own work in this study first, by each of your methods"
             )

@@ -140,7 +140,8 @@ def test_where_nobody_sees_the_others_nobody_is_told_to_finish_first(
     with pytest.raises(UserError) as refused:
         check_may_see_all(closed, tmp_path, "anna", "it shows what the others found")
     assert str(refused.value) == (
-        "In this study annotators see neither each other's work nor predictions. Leave it to its reviewers."
+        "it shows what the others found. In this study annotators see neither each other's work nor "
+        "predictions. Leave this to the study's reviewers."
     )
     with pytest.raises(UserError, match="Finish your own work"):
         check_may_see_all(STUDY, tmp_path, "anna", "it shows what the others found")
