@@ -89,7 +89,7 @@ class LiveWindow(QWidget):
         living.frame_came.connect(self._on_living_frame_came)
         living.failed.connect(self._on_living_failed)
         living.stopped.connect(self._on_living_stopped)
-        living.kept_from_view.connect(self._on_living_kept_from_view)
+        living.kept_from_view.connect(self._clear)
         living.grid_requested.connect(self._on_living_grid_requested)
         session.predicting.checkpoints_changed.connect(self._draw)
         self._draw()
@@ -150,6 +150,7 @@ class LiveWindow(QWidget):
         self._unfinished.setText(words)
         self._unfinished.setVisible(bool(words))
 
+    @Slot()
     def _clear(self) -> None:
         """Take away what was shown, and what was said of it."""
         self.projections.clear()
@@ -168,9 +169,7 @@ class LiveWindow(QWidget):
         if self._living.is_running:
             self._living.stop()
         elif folder is not None:
-            self.projections.clear()
-            self.projections.show_note("")
-            self._messages.clear()
+            self._clear()
             self._living.start(folder, self._source.playback, keeps=self._source.keeps)
 
     @Slot()
@@ -204,10 +203,6 @@ class LiveWindow(QWidget):
     @Slot(object)
     def _on_living_failed(self, error: UserError) -> None:
         self._tell(str(error))
-
-    @Slot()
-    def _on_living_kept_from_view(self) -> None:
-        self._clear()
 
     @Slot(object)
     def _on_living_stopped(self, error: UserError) -> None:

@@ -30,6 +30,7 @@ from annotations.volumes import write_folder_answer
 from annotator.dialogs.files.spacing_dialog import SpacingDialog
 from annotator.dialogs.live.live_projections import LiveProjections
 from annotator.dialogs.live.live_window import LiveWindow
+from annotator.session.predictions import kept_volumes
 from tests.annotations.prediction.test_inference_process import replace_worker
 from tests.annotations.prediction.tiny_networks import NEEDLE, save_tiny
 from tests.annotator.blind_study import write_study
@@ -515,6 +516,19 @@ def test_a_blind_study_that_is_opened_takes_picture_pose_and_messages_away(
     assert "porcine" not in messages(window)
     assert "kept from you" in messages(window)
     assert text(window, f"live_presence_{NEEDLE.keypoint_names[0]}") == "—"
+
+
+def test_after_the_window_is_closed_what_it_showed_is_not_looked_for_again(
+    qtbot, window, tmp_path, monkeypatch
+):
+    window._session.set_annotator_name("rita")
+    start(qtbot, window, write_study(tmp_path / "study") / "volumes" / "left side", monkeypatch)
+    listed = []
+    monkeypatch.setattr(kept_volumes, "volume_paths", lambda folder: listed.append(folder) or [])
+    window.close()
+    open_and_wait(qtbot, window._session, write_study(tmp_path / "other", blind=False))
+
+    assert listed == []
 
 
 def test_a_file_that_is_called_like_a_volume_of_the_blind_study_is_not_called_by_its_number(
