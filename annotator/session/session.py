@@ -21,7 +21,7 @@ from annotator.session.agreement.settling import Settling
 from annotator.session.documents.document_file import DocumentFile
 from annotator.session.exporting import Exporting
 from annotator.session.files.deriving import Deriving
-from annotator.session.files.recovering import tells_more
+from annotator.session.files.recovering import tells_more, worklist_of_recovery
 from annotator.session.files.stepping import SessionStepping, skipped_words
 from annotator.session.jobs import Job, Result
 from annotator.session.neutral_words import NeutralWords
@@ -43,10 +43,9 @@ from annotator.session.volumes.study_paths import (
     KeptFromView,
     LookNeeded,
     read_path,
-    without_kept,
 )
 from annotator.session.volumes.volume_opener import VolumeOpener
-from annotator.session.volumes.worklist import Worklist, moved_with, read_worklist, worklist_with
+from annotator.session.volumes.worklist import Worklist, moved_with, read_worklist
 
 
 class Session(SessionStepping):
@@ -240,12 +239,8 @@ class Session(SessionStepping):
         present = self._worklist
         path, person = moved_with(recovery.annotation_path, present), self._options.annotator_name
 
-        def read() -> Worklist:
-            worklist, index = worklist_with(recovery.document, path, present)
-            return without_kept(worklist, person, self.identifying.is_settled, index)
-
         self._look_at(
-            read,
+            lambda: worklist_of_recovery(recovery, path, present, person, self.identifying.is_settled),
             lambda worklist: self._open(
                 worklist, worklist.first, recovery=replace(recovery, annotation_path=path)
             ),
@@ -346,6 +341,8 @@ class Session(SessionStepping):
         self._bring_tool()
 
     def _on_worklist_read(self, worklist: Worklist, looks_anyway: bool = False) -> None:
+        if worklist.left_out:
+            self.post_message(worklist.left_out)
         if worklist.items:
             self._open(worklist, worklist.first, looks_anyway=looks_anyway)
         elif self.close_volume():

@@ -1,14 +1,25 @@
 """The session's recovering: what a dead program left behind is found, named, given back or thrown away."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from annotations.documents.annotation import Annotation
 from annotations.documents.recovery import Recovery, discard, find_recoveries
 from annotations.durable_files import SaveError
 from annotator.session.files.locking import SessionLocking
-from annotator.session.volumes.study_paths import neutral_label
-from annotator.session.volumes.worklist import moved_with
+from annotator.session.volumes.study_paths import (
+    IdentityNeeded,
+    KeptFromView,
+    RulesUnknown,
+    neutral_label,
+    without_kept,
+)
+from annotator.session.volumes.worklist import Worklist, moved_with, worklist_with
+
+_VOLUME = "The volume of the unsaved edits"
+_BY_REVIEWERS = "The edits are kept, and one of the study's reviewers can recover them"
+_AFTER_IDENTIFYING = "The edits are kept: open the study, say who you are, and recover them then"
+_AFTER_MENDING = "The edits are kept: mend the study, and recover them then"
 
 
 class SessionRecovering(SessionLocking):
@@ -61,3 +72,43 @@ class SessionRecovering(SessionLocking):
 def tells_more(recovered: Annotation, saved: Annotation) -> bool:
     """Return whether a recovered document says more of what its annotator could see than its file does."""
     return (recovered.viewings, recovered.reopened) != (saved.viewings, saved.reopened)
+
+
+def worklist_of_recovery(
+    recovery: Recovery,
+    path: Path,
+    present: Worklist,
+    person: str,
+    is_settled: Callable[[Path, str], bool],
+) -> Worklist:
+    """Return the list that a recovery's document belongs to, with that as the one to open.
+
+    Parameters
+    ----------
+    path : Path
+        Where its annotation is kept by now.
+    present : Worklist
+        See `worklist_with`.
+    person : str
+        Who recovers it.
+    is_settled : callable
+        See `without_kept`.
+
+    Raises
+    ------
+    KeptFromView
+        Its volume leads to what the person is not to see by name; it says what becomes of the edits.
+    UserError
+        Its study or folder is not there any more.
+    """
+    worklist, index = worklist_with(recovery.document, path, present)
+    try:
+        return without_kept(worklist, person, is_settled, index)
+    except (KeptFromView, IdentityNeeded) as error:
+        raise KeptFromView(error.problem, where=error.where or _VOLUME, remedy=_remedy(error)) from error
+
+
+def _remedy(refusal: KeptFromView | IdentityNeeded) -> str:
+    if isinstance(refusal, IdentityNeeded):
+        return _AFTER_IDENTIFYING
+    return _AFTER_MENDING if isinstance(refusal, RulesUnknown) else _BY_REVIEWERS

@@ -20,6 +20,8 @@ from annotations.documents.study import (
 from annotations.errors import UserError
 from annotator.session.volumes.worklist import Worklist, is_moved, read_worklist
 
+_LEFT_OUT = "What leads into a study that cannot be read is not listed: {}"
+
 
 class LookNeeded(UserError):  # noqa: N818 - a question rather than an error
     """The path is another person's annotation, which may be looked at before one's own is done."""
@@ -43,6 +45,17 @@ class IdentityNeeded(UserError):  # noqa: N818 - a question rather than an error
 
 class KeptFromView(UserError):  # noqa: N818 - named for what happened
     """The path leads to what the annotator is not to see by name, or not yet."""
+
+
+class RulesUnknown(KeptFromView):
+    """The path leads into a study that cannot be read."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(
+            "it cannot be read, so that nobody knows whether you may know the study's volumes by name",
+            where=folder / STUDY_FILE,
+            remedy="Open the study's folder to be told what is wrong",
+        )
 
 
 def read_path(
@@ -117,7 +130,7 @@ def without_kept(
 
     Raises
     ------
-    KeptFromView
+    KeptFromView, IdentityNeeded
         It is what is wanted, or nothing else is in the list.
     """
     if wanted is None and not worklist.is_folder:
@@ -125,14 +138,13 @@ def without_kept(
     first = worklist.first if wanted is None else wanted
     kept = _kept(worklist, person, is_settled)
     if kept and (first in kept if wanted is not None else len(kept) == len(worklist.items)):
-        raise KeptFromView(
-            "it leads into a study in which you are not to know the volumes by name",
-            remedy="Open the study's folder: its queue leads to every volume",
-        )
+        raise kept[first]
     places = [place for place in range(len(worklist.items)) if place not in kept]
     first = next((at for at, place in enumerate(places) if place >= first), 0)
     items = worklist.items if not kept else tuple(worklist.items[place] for place in places)
-    return replace(worklist, items=items, first=first)
+    unreadable = {str(each.where): None for each in kept.values() if isinstance(each, RulesUnknown)}
+    left_out = _LEFT_OUT.format(", ".join(unreadable)) if unreadable else ""
+    return replace(worklist, items=items, first=first, left_out=left_out)
 
 
 def neutral_label(annotation_path: Path, annotator: str) -> str:
@@ -184,29 +196,40 @@ def _at(worklist: Worklist, volume_id: str) -> Worklist:
     return replace(worklist, first=(left or places)[0])
 
 
-def _kept(worklist: Worklist, person: str, is_settled: Callable[[Path, str], bool]) -> set[int]:
-    """Return the places of links into blind studies that keep their volumes' names from a person."""
-    keeps: dict[Path, bool] = {}
-    kept = set()
+def _kept(
+    worklist: Worklist, person: str, is_settled: Callable[[Path, str], bool]
+) -> dict[int, KeptFromView | IdentityNeeded]:
+    """Return why a person is not to see them, by the places of links into studies that keep names."""
+    refusals: dict[Path, KeptFromView | IdentityNeeded | None] = {}
+    kept = {}
     for place, item in enumerate(worklist.items if worklist.study is None else ()):
         folder = study_folder_of(_real(item.volume_path)) if item.volume_path.is_symlink() else None
         if folder is None:
             continue
-        if folder not in keeps:
-            keeps[folder] = _keeps_names(folder, person, is_settled)
-        if keeps[folder]:
-            kept.add(place)
+        if folder not in refusals:
+            refusals[folder] = _refusal(folder, person, is_settled)
+        if (refusal := refusals[folder]) is not None:
+            kept[place] = refusal
     return kept
 
 
-def _keeps_names(folder: Path, person: str, is_settled: Callable[[Path, str], bool]) -> bool:
+def _refusal(
+    folder: Path, person: str, is_settled: Callable[[Path, str], bool]
+) -> KeptFromView | IdentityNeeded | None:
+    """Return why a study keeps its volumes' names from a person; None where it does not."""
     try:
         study = load_study(folder)
     except UserError:
-        # Nobody knows whether anybody is to work blind.
-        return True
+        return RulesUnknown(folder)
     is_known = not study.annotators or study.names(person) or is_settled(folder, person)
-    return study.blind and (study.is_blind_for(person) or not is_known)
+    if study.blind and not is_known:
+        return IdentityNeeded(folder, study, person)
+    if study.is_blind_for(person):
+        return KeptFromView(
+            "it leads into a study in which you are not to know the volumes by name",
+            remedy="Open the study's folder: its queue leads to every volume",
+        )
+    return None
 
 
 def _refuse_if_blind(study: Study, annotator: str) -> None:

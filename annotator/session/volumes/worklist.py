@@ -99,6 +99,8 @@ class Worklist:
         How many are done by each of the study's other methods, as the files were when the list was read.
     consensus_done : int
         Of how many whoever only reviews has settled the consensus, or somebody else has; likewise.
+    left_out : str
+        What is said of volumes that would be listed if their study could be read; empty where none are.
     """
 
     path: Path
@@ -113,6 +115,7 @@ class Worklist:
     study: Study | None = None
     done_elsewhere: Mapping[Method, int] = field(default_factory=dict)
     consensus_done: int = 0
+    left_out: str = ""
 
     @cached_property
     def lies_in_study(self) -> bool:

@@ -1,6 +1,7 @@
 """In blind work no text says what a volume is called, nor that two numbers are one volume."""
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,15 +16,16 @@ from annotations.documents.study import ViewingRules, load_study, save_study
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
 from annotator.session import Session
+from annotator.session.files.recovering import worklist_of_recovery
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.options import SessionOptions
 from annotator.session.predictions.kept_volumes import KeptVolumes
 from annotator.session.volumes.study_paths import (
+    IdentityNeeded,
     KeptFromView,
     LookNeeded,
     neutral_label,
     read_path,
-    without_kept,
 )
 from annotator.session.volumes.worklist import WorkItem, Worklist, read_worklist
 from tests.annotator.blind_study import IDS, TELLING, annotate, write_study
@@ -42,6 +44,10 @@ def worklist(folder: Path) -> Worklist:
 
 def settled(_folder: Path, _person: str) -> bool:
     return True
+
+
+def unsettled(_folder: Path, _person: str) -> bool:
+    return False
 
 
 def item_of(worklist: Worklist, volume_id: str, repeat: int = 0) -> WorkItem:
@@ -171,12 +177,36 @@ def test_a_folder_lists_no_links_into_a_blind_study(folder: Path, tmp_path: Path
     assert found.items[found.first].label == "c.npy"
     # Whoever works blind nowhere sees what is there, once they have said who they are.
     assert len(read_path(mixed, "zoe", "keypoints").items) == 4
-    unsettled = read_path(mixed, "zoe", "keypoints", is_settled=lambda _folder, _person: False)
-    assert len(unsettled.items) == 3
+    assert len(read_path(mixed, "zoe", "keypoints", is_settled=unsettled).items) == 3
     for name in ("b", "c", "d"):
         (mixed / f"{name}.npy").unlink()
     with pytest.raises(KeptFromView, match="queue"):
         read_path(mixed, "anna", "keypoints")
+    with pytest.raises(IdentityNeeded, match="zoe") as asked:
+        read_path(mixed, "zoe", "keypoints", is_settled=unsettled)
+    assert asked.value.folder == folder
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege")
+def test_links_into_a_study_that_cannot_be_read_are_told_of(
+    qtbot: QtBot, empty_session: Session, folder: Path, tmp_path: Path
+) -> None:
+    mixed = tmp_path / "mixed"
+    mixed.mkdir()
+    for name in ("first", "porcine-liver"):
+        (mixed / f"{name}.npy").symlink_to(folder / "volumes" / "left side" / f"{name}.npy")
+    (folder / "study.toml").write_text("blind = perhaps")
+    with pytest.raises(KeptFromView, match="cannot be read") as refused:
+        read_path(mixed, "anna", "keypoints")
+    assert str(refused.value).startswith(f"{folder / 'study.toml'}: ")
+    assert "queue" not in str(refused.value)
+
+    write_volume(mixed / "z.npy")
+    said: list[str] = []
+    empty_session.message_posted.connect(said.append)
+    open_and_wait(qtbot, empty_session, mixed)
+    assert [item.label for item in empty_session.items] == ["z.npy"]
+    assert said == [f"What leads into a study that cannot be read is not listed: {folder / 'study.toml'}"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege")
@@ -213,11 +243,39 @@ def test_edits_are_recovered_into_a_list_without_such_links(
         later.recover(recovery)
     assert [item.label for item in later.items] == ["b.npy", "c.npy"]
     assert later.volume_label == "c.npy"
-    # What was begun as a link is not opened either.
-    with pytest.raises(KeptFromView):
-        without_kept(read_worklist(mixed, "anna"), "anna", settled, 0)
     later.abandon()
     later.shut_down()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege")
+def test_edits_of_what_became_such_a_link_are_kept_and_it_is_said_who_can_recover_them(
+    qtbot: QtBot, empty_session: Session, options: SessionOptions, folder: Path, tmp_path: Path
+) -> None:
+    scan = tmp_path / "plain" / "scan.npy"
+    scan.parent.mkdir()
+    write_volume(scan)
+    open_and_wait(qtbot, empty_session, scan)
+    empty_session.place((1.0, 2.0, 3.0))
+    empty_session.abandon()
+    scan.unlink()
+    scan.symlink_to(folder / "volumes" / "left side" / "first.npy")
+    (recovery,) = find_recoveries(options.recovery_folder)
+    nothing = Worklist(Path(), "", Path(), (), "anna")
+
+    def refusal(person: str, is_settled: Callable[[Path, str], bool]) -> str:
+        with pytest.raises(KeptFromView, match="The edits are kept") as refused:
+            worklist_of_recovery(recovery, recovery.annotation_path, nothing, person, is_settled)
+        assert not TELLING.search(str(refused.value))
+        return str(refused.value)
+
+    assert refusal("anna", settled) == (
+        "The volume of the unsaved edits: it leads into a study in which you are not to know the volumes by "
+        "name. The edits are kept, and one of the study's reviewers can recover them."
+    )
+    assert "say who you are" in refusal("otto", unsettled)
+    (folder / "study.toml").write_text("blind = perhaps")
+    assert "cannot be read" in refusal("anna", settled)
+    assert find_recoveries(options.recovery_folder) == (recovery,)
 
 
 def test_a_volume_of_an_open_study_leads_to_what_is_left_of_it_in_the_queue(tmp_path: Path) -> None:
