@@ -77,6 +77,8 @@ class SliceView(QWidget):
         self._cursor_at: QPointF | None = None
         self._layer = AnnotationLayer(session)
         self._layer_redrawing = Redrawing(self.update, self)
+        self._is_image_first = False
+        self._painted_size = QSize()
         self._picture = SlicePicture(COLORMAPS, CANVAS)
         self._gestures = SliceGestures(session, self)
         self.setObjectName(f"slice_view_{axis}")
@@ -165,8 +167,8 @@ class SliceView(QWidget):
             self._see(self._viewport.centered(self._session.view.crosshair_um))
 
     def draw_annotation_apart(self) -> None:
-        """Draw what is annotated and predicted in the next turn of the event loop, all else in this one."""
-        self._layer_redrawing.ask()
+        """If this view gets another size, draw what is annotated and predicted a turn after the rest."""
+        self._is_image_first = True
 
     @property
     def solids(self) -> tuple[Solid, ...]:
@@ -260,6 +262,9 @@ class SliceView(QWidget):
     # Drawing
 
     def paintEvent(self, _event: QPaintEvent) -> None:
+        if self._is_image_first and self.size() != self._painted_size:
+            self._layer_redrawing.ask()
+        self._is_image_first, self._painted_size = False, self.size()
         painter = QPainter(self)
         viewport, view = self._viewport, self._session.view
         if viewport is None:

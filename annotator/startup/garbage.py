@@ -33,7 +33,7 @@ class GarbageCollection(QObject):
         """Leave what is there by now out of further collections: modules and window do not become garbage.
 
         With Mayavi's it would take an eighth of a second to look at them all, again and again; and also this
-        once, for what is little.
+        once, for what is little. Of what is not collected yet, the cycles stay as long as the program runs.
         """
         gc.freeze()
         self._modules = len(sys.modules)

@@ -349,7 +349,7 @@ class MainWindow(QMainWindow):
 
     @Slot(bool)
     def _on_dock_visibility_changed(self, _: bool) -> None:
-        # The slices get another size: what opens or closes is seen first.
+        # Where the slices get another size for it, what opens or closes is seen first.
         for view in self.slices:
             view.draw_annotation_apart()
         self._draw_actions()

@@ -258,6 +258,23 @@ def test_on_a_screen_another_size_is_drawn_once_and_after_what_is_around_the_sce
     assert np.array_equal(fresh(scene), scene.pixels())
 
 
+def test_on_a_screen_a_scene_that_was_hidden_draws_another_volume_in_a_turn_of_its_own(scene) -> None:
+    scene.settle()
+    canvas = scene.view._stage.canvas
+    canvas._painted = False
+    scene.view.hide()
+    canvas.draw_apart()
+    scene.qtbot.wait(20)
+    scene.view.show()
+    drawn = scene.view.volume_draws
+    canvas.draw_apart()
+    assert canvas._is_asked
+    scene.session.look(window=(5.0, 60.0))
+    canvas.widget.repaint()
+    assert scene.view.volume_draws == drawn
+    scene.qtbot.waitUntil(lambda: scene.view.volume_draws > drawn)
+
+
 def test_with_overlays_hidden_only_the_volume_is_seen(scene) -> None:
     scene.session.look(overlays_hidden=True)
     bare = scene.pixels()

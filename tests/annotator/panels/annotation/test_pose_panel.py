@@ -199,11 +199,12 @@ def test_without_a_volume_the_panel_says_so(qtbot: QtBot, session: Session, pane
     nothing = panel.findChild(QLabel, "pose_nothing")
     assert isinstance(nothing, QLabel)
     assert not nothing.isVisible()
-    session.close_volume()
-    qtbot.waitUntil(nothing.isVisible)
     QApplication.clipboard().setText("untouched")
+    session.close_volume()
+    # At once: the panel follows a turn later.
     panel.copy_to_clipboard()
     assert QApplication.clipboard().text() == "untouched"
+    qtbot.waitUntil(nothing.isVisible)
 
 
 def test_a_needle_has_fewer_rows(qtbot: QtBot, session: Session, panel: PosePanel) -> None:
