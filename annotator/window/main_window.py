@@ -34,6 +34,7 @@ from annotator.window.four_up import FourUp
 from annotator.window.held_key import HeldKey
 from annotator.window.live_handlers import LiveHandlers
 from annotator.window.prediction_handlers import PredictionHandlers
+from annotator.window.qt_classes import QtClasses
 from annotator.window.questions import Questions
 from annotator.window.review_handlers import ReviewHandlers
 from annotator.window.start_page import StartPage
@@ -110,6 +111,7 @@ class MainWindow(QMainWindow):
         self.status = StatusLine(session)
         self.status.addPermanentWidget(JobsPanel(session))
         self.setStatusBar(self.status)
+        self._qt_classes = QtClasses(self)
         self._actions_timer = QTimer(self, singleShot=True)
         self._actions_timer.timeout.connect(self._draw_actions)
         self._centre_timer = QTimer(self, singleShot=True)
@@ -165,6 +167,9 @@ class MainWindow(QMainWindow):
 
     def prepare_scene(self) -> None:
         """Load what the fit needs, and Mayavi, beside everything else; show the scene when that is done."""
+        self._qt_classes.make(self._import_stage)
+
+    def _import_stage(self) -> None:
         self.session.jobs.start(
             "Preparing the scene",
             lambda _progress, _cancelled: _load_for_fit_and_scene(),
@@ -229,6 +234,7 @@ class MainWindow(QMainWindow):
         self._columns.show_keypoints()
         self._parts.write_layout()
         self._live.close()
+        self._qt_classes.stop()
         self.session.close_volume()
         self.fetcher.close()
         self.scene.shut_down()
