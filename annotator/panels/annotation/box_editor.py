@@ -71,6 +71,7 @@ class BoxEditor(QWidget):
         # Near the vertical many angles make one rotation: those that a person typed go on being shown.
         self._typed_deg: Vector = (0.0, 0.0, 0.0)
         self._kept_deg = self._typed_deg
+        self._drawn_nothing = ""
         self.setObjectName("box_editor")
         self._title = ElidedText(name="box_title")
         # Elided, it never makes the panel wide.
@@ -272,6 +273,7 @@ class BoxEditor(QWidget):
         if part is None or box is None or spacing_um is None:
             self._draw_nothing()
             return
+        self._drawn_nothing = ""
         is_read_only = bool(self._session.read_only_reason)
         usable, is_free = not part.locked and not is_read_only, part.link in self._session.view.free_links
         if self._is_editing():
@@ -301,7 +303,12 @@ class BoxEditor(QWidget):
     def _draw_nothing(self) -> None:
         document = self._session.document
         none_active = "No active link: choose one in the table or by its number key"
-        self._title.setText("No volume is open" if document is None else none_active)
+        title = "No volume is open" if document is None else none_active
+        if title == self._drawn_nothing:
+            # As always where keypoints are annotated: every change of the view comes here.
+            return
+        self._drawn_nothing = title
+        self._title.setText(title)
         for group in (self._center, self._size, self._angles):
             for field in group.fields:
                 field.show_nothing()

@@ -17,7 +17,7 @@ from annotator.looks.redrawing import Redrawing
 from annotator.looks.swatches import PartSwatches
 from annotator.looks.typed_numbers import NotUnderstood
 from annotator.panels.annotation.plausibility_color import plausibility_color
-from annotator.panels.widgets.table_model import RIGHT, Index, TableModel
+from annotator.panels.widgets.table_model import RIGHT, Index, TableModel, bold_font
 from annotator.session import Session
 from annotator.session.viewing.view import View
 
@@ -34,6 +34,11 @@ STATES = ("placed", "occluded", "out_of_view", "unplaced")
 
 ColumnKind = Literal["name", "number", "residual", "state", "sure", "lock", "clear", "source"]
 _ICONS: dict[ColumnKind, str] = {"sure": "sure", "lock": "lock"}
+
+# Qt asks for them twice a cell each time that it paints, and Python takes its time to join flags.
+_LOOKED_AT = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+_TICKED = _LOOKED_AT | Qt.ItemFlag.ItemIsUserCheckable
+_TYPED = _LOOKED_AT | Qt.ItemFlag.ItemIsEditable
 
 P = TypeVar("P", bound=Part)
 
@@ -68,6 +73,7 @@ class PartsModel(TableModel, Generic[P]):
         self._columns = columns
         self._shown, self._coming = self._look_up()
         self._residuals_um = [self._residual_um(part) for part in self._shown]
+        self._around = self._look_around()
         # Rows that differ from what was announced last: whole, or in their numbers alone.
         self._rows_owed: set[int] = set()
         self._numbers_owed: set[int] = set()
@@ -122,14 +128,13 @@ class PartsModel(TableModel, Generic[P]):
     def flags(self, index: Index) -> Qt.ItemFlag:
         if not index.isValid():
             return Qt.ItemFlag.NoItemFlags
-        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
         part, kind = self._part(index.row()), self._columns[index.column()].kind
         if self._session.read_only_reason:
-            return flags
+            return _LOOKED_AT
         if kind == "lock" or (kind == "sure" and not part.locked):
-            return flags | Qt.ItemFlag.ItemIsUserCheckable
+            return _TICKED
         is_typed = kind == "state" or (kind == "number" and self._takes_number(part, index.column()))
-        return flags | Qt.ItemFlag.ItemIsEditable if is_typed and not part.locked else flags
+        return _TYPED if is_typed and not part.locked else _LOOKED_AT
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid():
@@ -297,11 +302,11 @@ class PartsModel(TableModel, Generic[P]):
         return colors.muted if kind == "source" or (kind != "name" and is_empty) else None
 
     def _font(self, part: P, column: int) -> QFont | None:
-        kind, font = self._columns[column].kind, QFont()
-        font.setBold(kind == "name" and part.name == self._session.view.active_part)
+        kind = self._columns[column].kind
+        if kind == "name":
+            return bold_font() if part.name == self._session.view.active_part else None
         is_observed = part.name not in self._coming and part.source not in _UNSEEN
-        font.setItalic(kind in ("number", "source") and not is_observed)
-        return font if font.bold() or font.italic() else None
+        return _italic_font() if kind in ("number", "source") and not is_observed else None
 
     def _tooltip(self, part: P, column: int) -> str:
         kind = self._columns[column].kind
@@ -344,6 +349,12 @@ class PartsModel(TableModel, Generic[P]):
             return parts, frozenset()
         kept = self._parts_of(document)
         return parts, frozenset(part.name for part, old in zip(parts, kept, strict=True) if part != old)
+
+    def _look_around(self) -> object:
+        """Return what rows are drawn from besides the parts, the unit and what is active."""
+        session = self._session
+        shape = session.volume.shape if session.volume is not None else None
+        return session.tool, session.spacing_um, shape, session.read_only_reason
 
     def _follow(self) -> None:
         """Hold what the session shows now; only what differs is drawn again, once the scene has been."""
@@ -390,6 +401,7 @@ class PartsModel(TableModel, Generic[P]):
         self.beginResetModel()
         self._shown, self._coming = self._look_up()
         self._residuals_um = [self._residual_um(part) for part in self._shown]
+        self._around = self._look_around()
         self.endResetModel()
 
     @Slot(object, object)
@@ -397,6 +409,7 @@ class PartsModel(TableModel, Generic[P]):
         self._follow()
         if before is after:
             # What can be changed in it is another thing now.
+            self._around = self._look_around()
             self._redraw(range(len(self._shown)))
 
     @Slot(object, object)
@@ -408,12 +421,22 @@ class PartsModel(TableModel, Generic[P]):
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
-        self._reset()
+        # From one volume of a study to the next nothing but numbers differs, as a rule.
+        if self._look_around() == self._around:
+            self._follow()
+        else:
+            self._reset()
 
 
 def _says_the_same(part: Part, other: Part) -> bool:
     """Say whether two parts differ in no more than where they are."""
     return all(getattr(part, field) == getattr(other, field) for field in _SAID)
+
+
+def _italic_font() -> QFont:
+    font = QFont()
+    font.setItalic(True)
+    return font
 
 
 def _short(residual_um: float) -> str:

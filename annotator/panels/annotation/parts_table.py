@@ -157,6 +157,9 @@ class PartsTable(QTableView):
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
+        if self.state() == QAbstractItemView.State.EditingState:
+            # What is being typed was meant for another volume.
+            self.reset()
         self._draw_selection()
 
     def _draw_selection(self) -> None:

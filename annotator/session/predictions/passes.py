@@ -1,5 +1,6 @@
 """Which passes over a blind study's volumes a checkpoint has been asked about."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from annotator.session.editing.seeing import Seeing
@@ -24,4 +25,10 @@ class Passes:
 
     def counts(self, sha256: str, item: WorkItem) -> bool:
         """Say whether what a checkpoint has said of an item's volume counts for the item."""
-        return (sha256, item.annotation_path) in self._asked or not self._seeing.keeps_passes_apart
+        return bool(self.counting(sha256, (item,)))
+
+    def counting(self, sha256: str, items: Sequence[WorkItem]) -> Sequence[WorkItem]:
+        """Return those of some items for which what a checkpoint has said of their volumes counts."""
+        if not self._seeing.keeps_passes_apart:
+            return items
+        return tuple(item for item in items if (sha256, item.annotation_path) in self._asked)

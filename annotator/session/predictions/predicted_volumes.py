@@ -77,7 +77,7 @@ class PredictedVolumes(QObject):
         checkpoint = self._predicting.current
         if checkpoint is None:
             return None
-        places = frozenset(item.place for item in self._session.items if self._predicting.counts_for(item))
+        places = frozenset(item.place for item in self._predicting.counting(self._session.items))
         return _Wanted(checkpoint.sha256, self._folders(), places)
 
     def _look(self) -> None:

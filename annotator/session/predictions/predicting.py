@@ -280,7 +280,11 @@ class Predicting(QObject):
 
     def counts_for(self, item: WorkItem) -> bool:
         """Say whether what ``current`` has said of an item's volume counts for the item: see `Passes`."""
-        return self._current is not None and self._passes.counts(self._current.sha256, item)
+        return bool(self.counting((item,)))
+
+    def counting(self, items: Sequence[WorkItem]) -> Sequence[WorkItem]:
+        """Return those of some items for which what ``current`` has said of their volumes counts."""
+        return () if self._current is None else self._passes.counting(self._current.sha256, items)
 
     @property
     def is_predicting(self) -> bool:

@@ -29,6 +29,8 @@ _LAST, _FIRST = (
 )
 # After a save or a prediction others may follow at once.
 _SETTLES_MS = 800
+# Whoever comes back sees the panel first: hundreds of files are looked at beside the painting otherwise.
+_LOOKS_AFTER_MS = 200
 
 
 class Reviewing(QObject):
@@ -77,6 +79,10 @@ class Reviewing(QObject):
         self._timer.setSingleShot(True)
         self._timer.setInterval(_SETTLES_MS)
         self._timer.timeout.connect(self._follow)
+        self._before_look = QTimer(self)
+        self._before_look.setSingleShot(True)
+        self._before_look.setInterval(_LOOKS_AFTER_MS)
+        self._before_look.timeout.connect(self._look_for_changes)
         predicting.checkpoints_changed.connect(self._on_predicting_checkpoints_changed)
         predicting.truth_changed.connect(self._on_something_written)
         predicting.predicted.connect(self._on_something_written)
@@ -177,29 +183,12 @@ class Reviewing(QObject):
         if is_followed:
             self._is_due = self._is_due or self._is_stale or self._review is None
             self._follow()
+        else:
+            self._before_look.stop()
 
     def look_for_changes(self) -> None:
-        """Look in the background whether other people's files are as they were read; if not, follow them."""
-        review = self._review
-        if review is None or self._looking is not None or self._is_stale:
-            return
-
-        def on_looked(has_changed: bool) -> None:
-            self._looking = None
-            if has_changed and review is self._review:
-                self._on_something_written()
-
-        def on_failed(_error: Exception) -> None:
-            # A share that does not answer now: whoever reads the files will say so.
-            self._looking = None
-
-        self._looking = self._session.jobs.start(
-            "Looking at the annotations and predictions",
-            lambda _progress, _cancelled: review_marks(review.folder, review.checkpoints) != review.marks,
-            done=on_looked,
-            failed=on_failed,
-            shown=False,
-        )
+        """Look soon, in the background, whether others' files are as they were read; if not, follow them."""
+        self._before_look.start()
 
     # Walking
 
@@ -268,6 +257,28 @@ class Reviewing(QObject):
         self._session.look(crosshair_um=current.predictions[volume].positions_um[worst])
 
     # Following
+
+    def _look_for_changes(self) -> None:
+        review = self._review
+        if review is None or self._looking is not None or self._is_stale:
+            return
+
+        def on_looked(has_changed: bool) -> None:
+            self._looking = None
+            if has_changed and review is self._review:
+                self._on_something_written()
+
+        def on_failed(_error: Exception) -> None:
+            # A share that does not answer now: whoever reads the files will say so.
+            self._looking = None
+
+        self._looking = self._session.jobs.start(
+            "Looking at the annotations and predictions",
+            lambda _progress, _cancelled: review_marks(review.folder, review.checkpoints) != review.marks,
+            done=on_looked,
+            failed=on_failed,
+            shown=False,
+        )
 
     def _follow_saved(self) -> bool:
         """Compute the open volume's errors again after a save here; False where all is to be read again."""
