@@ -4,7 +4,7 @@ import importlib
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QToolBar, QVBoxLayout, QWidget
 
@@ -309,8 +309,8 @@ class MainWindow(QMainWindow):
         """Draw the slices of another volume at once: the panels take ten times as long as an image."""
         if self.session.volume is not None and not self._display_memory.is_owed:
             self._draw_centre()
-            for view in self.slices:
-                view.repaint()
+            # All in one go: each painting of its own would be sent to the screen for itself.
+            QCoreApplication.sendEvent(self, QEvent(QEvent.Type.UpdateRequest))
 
     def _draw_title(self) -> None:
         label, title = self.session.volume_label, self.session.title

@@ -23,6 +23,7 @@ from annotations.documents.study import CONSENSUS, folder_name
 from annotator.looks.folding import scrolling
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
+from annotator.looks.redrawing import Redrawing
 from annotator.session import Session
 
 if TYPE_CHECKING:
@@ -98,12 +99,14 @@ class PredictionsPanel(QWidget):
         self._choices = QWidget()
         self._layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
         self._lay_out()
-        session.judging.changed.connect(self._draw)
+        # Several of them come with each volume, after which the images go first.
+        self._redrawing = Redrawing(self._draw, self)
+        session.judging.changed.connect(self._redrawing.ask)
         # It changes with each change of the review, too.
-        session.reporting.changed.connect(self._draw)
-        session.predicting.running_changed.connect(self._draw)
-        session.predicting.checkpoints_changed.connect(self._draw)
-        session.predicting.truth_changed.connect(self._draw)
+        session.reporting.changed.connect(self._redrawing.ask)
+        session.predicting.running_changed.connect(self._redrawing.ask)
+        session.predicting.checkpoints_changed.connect(self._redrawing.ask)
+        session.predicting.truth_changed.connect(self._redrawing.ask)
         self._draw()
 
     def event(self, event: QEvent) -> bool:
@@ -115,6 +118,7 @@ class PredictionsPanel(QWidget):
         super().showEvent(event)
         self._session.reviewing.follow(True)
         self._session.reviewing.look_for_changes()
+        self._redrawing.drop()
         self._draw()
 
     def hideEvent(self, event: QHideEvent) -> None:
@@ -203,8 +207,6 @@ class PredictionsPanel(QWidget):
 
     @Slot()
     def _draw(self) -> None:
-        if self._session.more_follows:
-            return
         reviewing, predicting = self._session.reviewing, self._session.predicting
         has_checkpoint, study = bool(predicting.checkpoints), self._session.worklist.study
         self._checkpoint.setVisible(has_checkpoint)

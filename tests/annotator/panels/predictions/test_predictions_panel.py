@@ -33,6 +33,7 @@ from annotator.panels.widgets.plot_picture import PlotPicture
 from annotator.session import Session
 from annotator.session.options import SessionOptions
 from tests.annotator.conftest import open_and_wait
+from tests.annotator.redrawn import redrawn
 from tests.annotator.reviewed_study import (
     FAR,
     FIRST,
@@ -72,19 +73,19 @@ def shown(qtbot: QtBot, session: Session) -> PredictionsPanel:
 
 
 def words(panel: QWidget, name: str) -> str:
-    label = panel.findChild(QLabel, name)
+    label = redrawn(panel).findChild(QLabel, name)
     assert isinstance(label, QLabel), name
     return label.text()
 
 
 def button(panel: QWidget, name: str) -> QPushButton:
-    found = panel.findChild(QPushButton, name)
+    found = redrawn(panel).findChild(QPushButton, name)
     assert isinstance(found, QPushButton), name
     return found
 
 
 def choice(panel: QWidget, name: str) -> QComboBox:
-    found = panel.findChild(QComboBox, name)
+    found = redrawn(panel).findChild(QComboBox, name)
     assert isinstance(found, QComboBox), name
     return found
 
@@ -98,19 +99,19 @@ def choose(panel: QWidget, name: str, text: str) -> None:
 
 
 def note(panel: QWidget) -> QLineEdit:
-    found = panel.findChild(QLineEdit, "verdict_note")
+    found = redrawn(panel).findChild(QLineEdit, "verdict_note")
     assert isinstance(found, QLineEdit)
     return found
 
 
 def table(panel: QWidget, name: str = "errors_list") -> QTreeView:
-    found = panel.findChild(QTreeView, name)
+    found = redrawn(panel).findChild(QTreeView, name)
     assert isinstance(found, QTreeView)
     return found
 
 
 def tabs(panel: QWidget) -> QTabWidget:
-    found = panel.findChild(QTabWidget, "predictions_tabs")
+    found = redrawn(panel).findChild(QTabWidget, "predictions_tabs")
     assert isinstance(found, QTabWidget)
     return found
 
@@ -314,7 +315,7 @@ def test_the_list_is_filtered_and_its_figures_are_of_what_is_shown(
     qtbot: QtBot, rita: Session, panel: PredictionsPanel, folder: Path
 ) -> None:
     review(qtbot, rita)
-    text = panel.findChild(QLineEdit, "errors_filter")
+    text = redrawn(panel).findChild(QLineEdit, "errors_filter")
     assert isinstance(text, QLineEdit)
 
     qtbot.keyClicks(text, FAR.upper())
@@ -451,7 +452,7 @@ def test_a_note_is_kept_with_the_verdict(
 
     assert said_on(folder, "v001") == "k5 is in the shadow"
     assert note(panel).text() == ""
-    text = panel.findChild(QLineEdit, "errors_filter")
+    text = redrawn(panel).findChild(QLineEdit, "errors_filter")
     assert isinstance(text, QLineEdit)
     text.setText("shadow")
     assert volumes(panel) == ["v001"]
@@ -627,7 +628,7 @@ def test_the_slices_go_to_the_worst_keypoint_where_the_box_is_checked(
     qtbot: QtBot, rita: Session, panel: PredictionsPanel
 ) -> None:
     review(qtbot, rita)
-    box = panel.findChild(QCheckBox, "errors_goes_to_worst")
+    box = redrawn(panel).findChild(QCheckBox, "errors_goes_to_worst")
     assert isinstance(box, QCheckBox)
 
     box.click()
