@@ -1,7 +1,9 @@
 """Drawings that can wait, or be spared: what a person looks at first is painted first."""
 
+from collections import deque
 from collections.abc import Callable
 
+import shiboken6
 from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer, Slot
 from PySide6.QtWidgets import QWidget
 
@@ -25,16 +27,24 @@ class Redrawing(QObject):
         super().__init__(parent)
         self._draw = draw
         self.is_owed = False
-        # Painting and the event that follows it are one turn of the event loop, which a timer without delay
-        # ends. What the timer queues begins the next one.
-        self._turn_end = QTimer(self, singleShot=True)
-        self._turn_end.timeout.connect(self.draw_now, Qt.ConnectionType.QueuedConnection)
+        self._is_apart = False
+        self._next_turn = _NextTurn(self.draw_now, self)
 
     def ask(self) -> None:
         """Draw soon; what is asked for until then is one drawing."""
+        if not self.is_owed or self._is_apart:
+            self.is_owed, self._is_apart = True, False
+            self._next_turn.wait()
+
+    def ask_apart(self) -> None:
+        """Draw after that, and after others that ask so: each has a turn of the event loop for itself.
+
+        For what comes with another volume, where together they would keep the window from answering. What is
+        asked for in the usual way meanwhile does not wait for them.
+        """
         if not self.is_owed:
-            self.is_owed = True
-            QCoreApplication.postEvent(self, QEvent(QEvent.Type.User), _AFTER_PAINTING)
+            self.is_owed = self._is_apart = True
+            _turns().add(self)
 
     @Slot()
     def draw_now(self) -> None:
@@ -47,11 +57,67 @@ class Redrawing(QObject):
         """Forget what was asked for: everything has just been drawn."""
         self.is_owed = False
 
+
+class _NextTurn(QObject):
+    """Calls back at the beginning of the turn of the event loop that follows the next painting."""
+
+    def __init__(self, come: Callable[[], None], parent: QObject) -> None:
+        super().__init__(parent)
+        # Painting and the event that follows it are one turn of the event loop, which a timer without delay
+        # ends. What the timer queues begins the next one.
+        self._turn_end = QTimer(self, singleShot=True)
+        self._turn_end.timeout.connect(come, Qt.ConnectionType.QueuedConnection)
+
+    def wait(self) -> None:
+        QCoreApplication.postEvent(self, QEvent(QEvent.Type.User), _AFTER_PAINTING)
+
     def event(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.User:
             self._turn_end.start()
             return True
         return super().event(event)
+
+
+class _Turns(QObject):
+    """Lets drawings that do not hurry have a turn each, in which that is painted, too."""
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._waiting: deque[Redrawing] = deque()
+        self._is_waiting = False
+        self._next_turn = _NextTurn(self._draw_next, self)
+
+    def add(self, redrawing: Redrawing) -> None:
+        self._waiting.append(redrawing)
+        if not self._is_waiting:
+            self._is_waiting = True
+            self._next_turn.wait()
+
+    @Slot()
+    def _draw_next(self) -> None:
+        is_due = False
+        while self._waiting and not is_due:
+            redrawing = self._waiting.popleft()
+            is_due = shiboken6.isValid(redrawing) and redrawing.is_owed
+        self._is_waiting = bool(self._waiting)
+        if self._is_waiting:
+            # Before it draws: one that fails keeps none of the others back.
+            self._next_turn.wait()
+        if is_due:
+            redrawing.draw_now()
+
+
+def _turns() -> _Turns:
+    """Return the application's."""
+    application = QCoreApplication.instance()
+    if application is None:
+        raise RuntimeError("nothing is drawn without an application")
+    return application.findChild(_Turns) or _Turns(application)
+
+
+def owes_drawing(parent: QObject) -> bool:
+    """Say whether anything in a window or a panel was asked for that is not drawn yet."""
+    return any(redrawing.is_owed for redrawing in parent.findChildren(Redrawing))
 
 
 def keep_painted(widget: QWidget) -> None:

@@ -205,6 +205,8 @@ class SliceView(QWidget):
             plane = Plane.across(self.axis, volume.shape, spacing_um, volume.depth_axis)
             self._viewport = Viewport.fitted(plane, self._area())
             self._show_plane(plane.index(self._session.view.crosshair_um))
+            # The image goes first: the panels have another volume to draw, too.
+            self._layer_redrawing.ask_apart()
         self._redraw()
         self._tell_cursor()
 

@@ -13,6 +13,7 @@ from annotations.durable_files import replace_durably
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
 from annotations.volumes import DatasetChoice, Volume
+from annotator.looks.redrawing import owes_drawing
 from annotator.looks.theme import apply_theme
 from annotator.session import Session
 from annotator.session.options import SessionOptions
@@ -96,6 +97,8 @@ class Photographer:
 
     def _is_complete(self) -> bool:
         if self._session.volume is None or self._session.jobs.running or not self._window.scene.isVisible():
+            return False
+        if owes_drawing(self._window):
             return False
         # A disk that gives no more leaves the coarse slices.
         return self._window.fetcher.is_failing or all(view.is_sharp for view in self._window.slices)

@@ -11,6 +11,8 @@ Shown = TypeVar("Shown", bound=QObject)
 
 def redrawn(shown: Shown) -> Shown:
     """Return a panel or a model with everything drawn that it owes."""
-    for redrawing in shown.findChildren(Redrawing):
-        redrawing.draw_now()
+    # What is drawn may have more drawn after it.
+    while owed := [redrawing for redrawing in shown.findChildren(Redrawing) if redrawing.is_owed]:
+        for redrawing in owed:
+            redrawing.draw_now()
     return shown

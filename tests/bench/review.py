@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from annotator.looks.redrawing import Redrawing
+from annotator.looks.redrawing import owes_drawing
 from tests.bench.driven_window import DrivenWindow
 from tests.bench.figures import print_figures
 
@@ -143,9 +143,8 @@ class Bench(DrivenWindow):
     @property
     def _is_drawn(self) -> bool:
         """Whether all panes and panels are drawn as they are to stay, the scene in the size that it has."""
-        scene, redrawings = self.window.scene, self.window.findChildren(Redrawing)
-        is_owed = any(redrawing.is_owed for redrawing in redrawings)
-        return scene.is_at_rest and not is_owed and all(view.is_sharp for view in self.window.slices)
+        is_sharp = all(view.is_sharp for view in self.window.slices)
+        return is_sharp and self.window.scene.is_at_rest and not owes_drawing(self.window)
 
     def note(self, name: str, steps: Sequence[Stretch]) -> None:
         """Note the median and the longest of several steps."""

@@ -356,7 +356,7 @@ class PartsModel(TableModel, Generic[P]):
         shape = session.volume.shape if session.volume is not None else None
         return session.tool, session.spacing_um, shape, session.read_only_reason
 
-    def _follow(self) -> None:
+    def _follow(self, ask: Callable[[], None] | None = None) -> None:
         """Hold what the session shows now; only what differs is drawn again, once the scene has been."""
         known, were_coming = self._shown, self._coming
         shown, coming = self._look_up()
@@ -371,7 +371,7 @@ class PartsModel(TableModel, Generic[P]):
                     self._rows_owed.add(row)
                 elif part != was:
                     self._numbers_owed.add(row)
-            self._redrawing.ask()
+            (ask or self._redrawing.ask)()
 
     def _announce(self) -> None:
         """Announce what has changed since this was done last."""
@@ -423,7 +423,7 @@ class PartsModel(TableModel, Generic[P]):
     def _on_session_volume_changed(self) -> None:
         # From one volume of a study to the next nothing but numbers differs, as a rule.
         if self._look_around() == self._around:
-            self._follow()
+            self._follow(self._redrawing.ask_apart)
         else:
             self._reset()
 

@@ -5,7 +5,15 @@ from typing import Any
 
 from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QSize, Qt, Slot
 from PySide6.QtGui import QFont, QFontMetrics, QResizeEvent
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QSizePolicy, QStyle, QTableView, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemDelegate,
+    QAbstractItemView,
+    QHeaderView,
+    QSizePolicy,
+    QStyle,
+    QTableView,
+    QWidget,
+)
 
 from annotator.panels.annotation.part_delegates import (
     ClearDelegate,
@@ -157,9 +165,10 @@ class PartsTable(QTableView):
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
-        if self.state() == QAbstractItemView.State.EditingState:
+        editor = self.indexWidget(self.currentIndex())
+        if editor is not None:
             # What is being typed was meant for another volume.
-            self.reset()
+            self.closeEditor(editor, QAbstractItemDelegate.EndEditHint.RevertModelCache)
         self._draw_selection()
 
     def _draw_selection(self) -> None:

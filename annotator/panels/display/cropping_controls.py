@@ -23,6 +23,7 @@ class CroppingControls(QWidget):
         self.setObjectName("cropping_controls")
         self._sliders: list[RangeSlider] = []
         self._boxes: list[tuple[QuietSpinBox, QuietSpinBox]] = []
+        self._drawn: object = None
         grid = QGridLayout()
         grid.setColumnStretch(1, 1)
         for axis, letter in enumerate("xyz"):
@@ -116,6 +117,10 @@ class CroppingControls(QWidget):
 
     def _draw(self) -> None:
         whole, (part_low, part_high) = self._extent_um(), self._part()
+        drawn, self._drawn = self._drawn, (whole, self._session.view.cropping_um)
+        if self._drawn == drawn:
+            # As from one volume of a study to the next: the fields would ask for their room again.
+            return
         for axis, (slider, boxes) in enumerate(zip(self._sliders, self._boxes, strict=True)):
             length_um = whole[axis]
             slider.setEnabled(length_um > 0)

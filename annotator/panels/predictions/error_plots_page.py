@@ -39,6 +39,7 @@ class ErrorPlotsPage(QWidget):
         self._plots: tuple[ErrorPlot, ...] = ()
         self._reviewed: Review | None = None
         self._drawn: object = None
+        self._making: Job | None = None
         self._job: Job | None = None
         self._choice = named(QComboBox(), "error_plot", title="Which plot")
         self._choice.currentIndexChanged.connect(self._on_choice_current_index_changed)
@@ -95,9 +96,26 @@ class ErrorPlotsPage(QWidget):
     def _make_plots(self) -> None:
         review, tables = self._reviewed, _tables(self._reviewed)
         targets = (self._target.currentData() or MEAN_KEYPOINT,)
-        self._plots = (
-            () if review is None or not tables else error_plots(tables, review.material.tool, targets)
+        if self._making is not None:
+            self._session.jobs.cancel(self._making)
+            self._making = None
+        if review is None or not tables:
+            self._take_plots(())
+            return
+        tool = review.material.tool
+        self._caption.setText(_DRAWING)
+        # Half a second: captions are counted, and legends measured.
+        self._making = self._session.jobs.start(
+            "Preparing the plots of errors",
+            lambda _progress, _cancelled: error_plots(tables, tool, targets),
+            done=self._take_plots,
+            failed=self._on_making_failed,
+            shown=False,
         )
+
+    def _take_plots(self, plots: tuple[ErrorPlot, ...]) -> None:
+        self._making = None
+        self._plots = plots
         _offer(self._choice, {plot.key: plot.title for plot in self._plots})
         for choice in (self._choice, self._target):
             choice.setVisible(bool(self._plots))
@@ -121,7 +139,7 @@ class ErrorPlotsPage(QWidget):
         size_in = (width_in, min(_HEIGHT_SHARE * width_in, room.height() / _DPI))
         ground = self.palette().base().color()
         wanted = (self._reviewed, place, size_in, ratio, ground.rgb())
-        if not self.isVisible() or wanted == self._drawn:
+        if self._making is not None or not self.isVisible() or wanted == self._drawn:
             return
         self._drawn = wanted
         if self._job is not None:
@@ -147,6 +165,10 @@ class ErrorPlotsPage(QWidget):
         self._picture.show_plot(drawn, tuple(label(volume) for volume in drawn.volumes))
         self._picture.setAccessibleDescription(plot.caption)
         self._caption.setText(f"{plot.caption} {_HOW}" if drawn.volumes else plot.caption)
+
+    def _on_making_failed(self, error: Exception) -> None:
+        self._making = None
+        self._on_job_failed(error)
 
     def _on_job_failed(self, error: Exception) -> None:
         self._job = None

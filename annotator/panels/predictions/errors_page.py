@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
-from annotator.looks.redrawing import keep_painted
+from annotator.looks.redrawing import Redrawing, keep_painted
 from annotator.panels.predictions.errors_columns import RANK, VOLUME
 from annotator.panels.predictions.errors_model import KINDS, ErrorsModel, SummaryModel
 from annotator.panels.predictions.verdict_box import VerdictBox
@@ -44,6 +44,7 @@ class ErrorsPage(QWidget):
         self.setObjectName("errors_page")
         self._session = session
         self._drawn: object = None
+        self._sizing = Redrawing(self._size_columns, self)
         self._is_selecting = False
         self._model = ErrorsModel(self)
         self._summary = SummaryModel(self._model, self)
@@ -92,7 +93,8 @@ class ErrorsPage(QWidget):
             self._model.show_errors(
                 current.table, current.ranking, reviewing.volume_label, self._session.judging.judgement
             )
-            self._size_columns()
+            # Hundreds of texts are compared for it.
+            self._sizing.ask_apart()
         self._goes_to_worst.setChecked(reviewing.goes_to_worst)
         self._model.mark_open(reviewing.open_volume)
         self._select_open()

@@ -69,6 +69,7 @@ class PredictionsPanel(QWidget):
         super().__init__(parent)
         self._session = session
         self._pages: tuple[ErrorsPage, ErrorPlotsPage, PairedPage] | None = None
+        self._page_redrawings: Sequence[Redrawing] = ()
         self.setObjectName("predictions_panel")
         self.setAccessibleName("Predictions")
         self._checkpoint = named(QComboBox(), "predictions_checkpoint", title="Checkpoint in use")
@@ -101,12 +102,12 @@ class PredictionsPanel(QWidget):
         self._lay_out()
         # Several of them come with each volume, after which the images go first.
         self._redrawing = Redrawing(self._draw, self)
-        session.judging.changed.connect(self._redrawing.ask)
+        session.judging.changed.connect(self._redrawing.ask_apart)
         # It changes with each change of the review, too.
-        session.reporting.changed.connect(self._redrawing.ask)
-        session.predicting.running_changed.connect(self._redrawing.ask)
-        session.predicting.checkpoints_changed.connect(self._redrawing.ask)
-        session.predicting.truth_changed.connect(self._redrawing.ask)
+        session.reporting.changed.connect(self._redrawing.ask_apart)
+        session.predicting.running_changed.connect(self._redrawing.ask_apart)
+        session.predicting.checkpoints_changed.connect(self._redrawing.ask_apart)
+        session.predicting.truth_changed.connect(self._redrawing.ask_apart)
         self._draw()
 
     def event(self, event: QEvent) -> bool:
@@ -175,6 +176,7 @@ class PredictionsPanel(QWidget):
         for page, title in zip(self._pages, ("Errors", "Plots", "Side by side"), strict=True):
             # In a low window they scroll, rather than make it taller than its screen.
             self._tabs.addTab(scrolling(page, f"{page.objectName()}_scroll"), title)
+        self._page_redrawings = [Redrawing(page.draw, page) for page in self._pages]
 
     @Slot(int)
     def _on_checkpoint_activated(self, _: int) -> None:
@@ -256,8 +258,8 @@ class PredictionsPanel(QWidget):
         if self._pages is not None:
             is_paired = reviewing.review is not None and reviewing.review.is_paired
             self._tabs.setTabVisible(_SIDE_BY_SIDE, is_paired)
-            for page in self._pages:
-                page.draw()
+            for redrawing in self._page_redrawings:
+                redrawing.ask_apart()
 
     def _words(self) -> str:
         """Say what is shown, or what is to be done that anything is."""

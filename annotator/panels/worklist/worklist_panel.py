@@ -22,7 +22,7 @@ from annotator.looks.durations import duration
 from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
 from annotator.looks.progress import ProgressBar
-from annotator.looks.redrawing import keep_painted
+from annotator.looks.redrawing import Redrawing, keep_painted
 from annotator.panels.widgets.name_elision import ElidedNameDelegate
 from annotator.panels.widgets.table_model import bold_font
 from annotator.panels.worklist.worklist_filter import KINDS, WorklistFilter, kind_words
@@ -113,6 +113,8 @@ class WorklistPanel(QWidget):
         layout.addLayout(filters)
         layout.addWidget(self._list, 1)
         layout.addLayout(buttons)
+        # Wherever it is scrolled to for that, the whole list is painted.
+        self._finding = Redrawing(self._find_current, self)
         session.worklist_changed.connect(self._on_session_worklist_changed)
         session.predicted_volumes.changed.connect(self._on_session_predicted_volumes_changed)
         self._draw()
@@ -160,6 +162,9 @@ class WorklistPanel(QWidget):
             self._told = told
             self._draw_progress()
             self._size_columns()
+        self._finding.ask_apart()
+
+    def _find_current(self) -> None:
         current = self._session.current_index
         if current is not None:
             index = self._shown.mapFromSource(self._model.index(current, 0))

@@ -1,11 +1,12 @@
 """What is only read is drawn after what is looked at: once, and always."""
 
+import shiboken6
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from annotator.looks.redrawing import Redrawing
+from annotator.looks.redrawing import Redrawing, owes_drawing
 
 
 class Looked(QWidget):
@@ -74,3 +75,63 @@ def test_what_was_drawn_meanwhile_is_not_drawn_again(qtbot: QtBot) -> None:
     assert drawn == ["drawn"]
     redrawing.ask()
     qtbot.waitUntil(lambda: len(drawn) == 2)
+
+
+def test_what_does_not_hurry_has_a_turn_and_its_painting_to_itself(qtbot: QtBot) -> None:
+    log: list[str] = []
+    looked, parent = Looked(log), QObject()
+    qtbot.addWidget(looked)
+    with qtbot.waitExposed(looked):
+        looked.show()
+    qtbot.waitUntil(lambda: bool(log))
+
+    def drawing(name: str) -> Redrawing:
+        def draw() -> None:
+            log.append(name)
+            looked.update()
+
+        return Redrawing(draw, parent)
+
+    first, second, third = (drawing(name) for name in ("first", "second", "third"))
+    log.clear()
+    looked.update()
+    for redrawing in (first, second, first, third):
+        redrawing.ask_apart()
+    assert owes_drawing(parent)
+    qtbot.waitUntil(lambda: not owes_drawing(parent) and log[-1] == "painted")
+    assert log == ["painted", "first", "painted", "second", "painted", "third", "painted"]
+
+
+def test_what_is_asked_for_as_usual_does_not_wait_for_its_turn(qtbot: QtBot) -> None:
+    drawn: list[str] = []
+    parent = QObject()
+    many = [Redrawing(lambda: drawn.append("one of many"), parent) for _ in range(20)]
+    last = Redrawing(lambda: drawn.append("hurried"), parent)
+    for redrawing in (*many, last):
+        redrawing.ask_apart()
+    last.ask()
+    qtbot.waitUntil(lambda: not owes_drawing(parent))
+    assert drawn.count("hurried") == 1
+    assert drawn.index("hurried") < 5
+    assert len(drawn) == 21
+
+
+def test_what_is_gone_by_its_turn_is_passed_over(qtbot: QtBot) -> None:
+    drawn: list[str] = []
+    gone, parent = QObject(), QObject()
+    for owner, name in ((gone, "gone"), (parent, "there")):
+        Redrawing(lambda name=name: drawn.append(name), owner).ask_apart()  # type: ignore[misc]
+    shiboken6.delete(gone)
+    qtbot.waitUntil(lambda: drawn == ["there"])
+
+
+def test_a_drawing_that_fails_keeps_none_of_the_others_back(qtbot: QtBot) -> None:
+    drawn: list[str] = []
+    parent = QObject()
+    Redrawing(lambda: drawn.remove("what is not there"), parent).ask_apart()
+    Redrawing(lambda: drawn.append("next"), parent).ask_apart()
+    with qtbot.captureExceptions() as raised:
+        qtbot.waitUntil(lambda: drawn == ["next"])
+    assert [kind for kind, _, _ in raised] == [ValueError]
+    Redrawing(lambda: drawn.append("later"), parent).ask_apart()
+    qtbot.waitUntil(lambda: drawn == ["next", "later"])

@@ -29,6 +29,7 @@ from annotator.slices.slice_view import SliceView
 from annotator.slices.viewport import Area, Viewport
 from tests.annotator.compared_study import POSE, TOOL, write_compared
 from tests.annotator.conftest import open_and_wait
+from tests.annotator.redrawn import redrawn
 
 PLANE = Plane.across(0, (400, 200, 200), (10.0, 10.0, 10.0), 2)
 VIEWPORT = Viewport.fitted(PLANE, Area(0, 0, 300, 300))
@@ -177,7 +178,7 @@ def view(qtbot: QtBot, rita: Session) -> Iterator[SliceView]:
 def test_toggling_one_changes_the_picture_and_not_the_image_below(
     qtbot: QtBot, rita: Session, view: SliceView
 ) -> None:
-    everybody, drawn = view.grab().toImage(), view.times_drawn
+    everybody, drawn = redrawn(view).grab().toImage(), view.times_drawn
     rita.others.set_visible("chloe", False)
     without = view.grab().toImage()
     rita.others.set_visible("chloe", True)
@@ -189,7 +190,7 @@ def test_toggling_one_changes_the_picture_and_not_the_image_below(
 
 
 def test_the_layer_and_the_key_that_hides_overlays_hide_them(rita: Session, view: SliceView) -> None:
-    everybody = view.grab().toImage()
+    everybody = redrawn(view).grab().toImage()
     rita.look(overlays_hidden=True)
     bare = view.grab().toImage()
     rita.look(overlays_hidden=False)

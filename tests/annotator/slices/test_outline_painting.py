@@ -15,6 +15,7 @@ from annotator.session.editing.solids import Solid
 from annotator.slices.outline_painting import paint_outlines
 from annotator.slices.slice_view import SliceView
 from annotator.slices.solid_outlines import HingeSense, SolidOutline, solid_outlines
+from tests.annotator.redrawn import redrawn
 
 Views = tuple[SliceView, SliceView, SliceView]
 # Through the middles of pixels, so that a thin line is in one row of them.
@@ -107,7 +108,7 @@ def test_the_sense_of_the_hinge_is_seen() -> None:
 
 def grabbed(view: SliceView) -> NDArray[np.int64]:
     """Return the pixels of a view, shape (rows, columns, 3)."""
-    image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    image = redrawn(view).grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.width(), 4)
     return rows[:, :, 2::-1].astype(np.int64)
 

@@ -15,6 +15,7 @@ from annotator.slices.prediction_painting import PredictionPainter, review_marks
 from annotator.slices.projection import Plane
 from annotator.slices.slice_view import SliceView
 from annotator.slices.viewport import Area, Viewport
+from tests.annotator.redrawn import redrawn
 from tests.annotator.shown_prediction import show_prediction
 from tests.annotator.slices.conftest import POSE
 from tests.annotator.slices.test_others_painting import count, painted, pixels
@@ -155,7 +156,7 @@ def test_a_slice_shows_it_and_hides_it(
     qtbot.waitUntil(lambda: view.is_sharp)
 
     def grabbed() -> QImage:
-        return view.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+        return redrawn(view).grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
 
     everything = grabbed()
     assert count(everything, GREEN_RED.truth) > 50
@@ -185,7 +186,9 @@ def test_where_a_panel_takes_its_room_what_is_predicted_is_drawn_a_turn_later(
     qtbot.waitUntil(lambda: view.is_sharp)
 
     def truth_px() -> int:
-        return count(view.grab().toImage().convertToFormat(QImage.Format.Format_RGB32), GREEN_RED.truth)
+        return count(
+            redrawn(view).grab().toImage().convertToFormat(QImage.Format.Format_RGB32), GREEN_RED.truth
+        )
 
     assert truth_px() > 50
     view.draw_annotation_apart()

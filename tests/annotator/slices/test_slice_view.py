@@ -10,10 +10,14 @@ from PySide6.QtGui import QColor, QImage, QPaintEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from annotator.looks.redrawing import owes_drawing
 from annotator.session import Session
+from annotator.slices.annotation_layer import AnnotationLayer
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.slice_view import CANVAS, SliceView
 from annotator.slices.viewport import fitting_scale
+from tests.annotator.conftest import write_volume
+from tests.annotator.redrawn import redrawn
 
 Views = tuple[SliceView, SliceView, SliceView]
 
@@ -25,7 +29,7 @@ def open_sharp(qtbot: QtBot, session: Session, views: Views, path: Path) -> None
 
 
 def image_of(view: SliceView) -> QImage:
-    return view.grab().toImage()
+    return redrawn(view).grab().toImage()
 
 
 def color_at(view: SliceView, position_um: tuple[float, float, float]) -> QColor:
@@ -357,3 +361,32 @@ def test_a_view_follows_the_widget(qtbot: QtBot, session: Session, fetcher: Slic
     assert view.viewport is not None
     assert view.viewport.is_fitted
     assert (view.viewport.area.width, view.viewport.area.height) == (700, 500)
+
+
+def test_the_image_of_another_volume_goes_before_what_is_annotated_in_it(
+    qtbot: QtBot, session: Session, views: Views, volume_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log: list[str] = []
+    paint = AnnotationLayer.paint
+
+    def painted(layer: AnnotationLayer, *arguments: Any) -> None:
+        log.append("annotation")
+        paint(layer, *arguments)
+
+    view = redrawn(views[2])
+    monkeypatch.setattr(AnnotationLayer, "paint", painted)
+    view.grab()
+    assert log == ["annotation"]
+
+    def look() -> None:
+        if session.volume is not None:
+            log.clear()
+            view.grab()
+            log.append("image")
+
+    session.volume_changed.connect(look)
+    open_sharp(qtbot, session, views, write_volume(volume_path.with_name("other.npy"), seed=1))
+    qtbot.waitUntil(lambda: not owes_drawing(view))
+    view.grab()
+    assert log[0] == "image"
+    assert log[-1] == "annotation"

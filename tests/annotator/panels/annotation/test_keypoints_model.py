@@ -1,5 +1,7 @@
 """The keypoint table's model: what it shows, what it redraws, and how it asks for changes."""
 
+from pathlib import Path
+
 import pytest
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QColor, QGuiApplication
@@ -7,9 +9,11 @@ from pytestqt.qtbot import QtBot
 
 from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um
+from annotations.volumes import write_sidecar
 from annotator.looks import theme
 from annotator.panels.annotation.keypoints_model import COORDINATES, Column, KeypointsModel
 from annotator.session import Session
+from tests.annotator.conftest import open_and_wait, write_volume
 from tests.annotator.redrawn import redrawn
 
 K0_UM: Vector = (159.0, 135.0, 94.0)
@@ -299,3 +303,50 @@ def test_nothing_is_asked_for_nowhere(model: KeypointsModel) -> None:
 def test_closing_the_volume_empties_the_table(session: Session, model: KeypointsModel) -> None:
     assert session.close_volume()
     assert model.rowCount() == 0
+
+
+class Announced:
+    """Notes what a model announces."""
+
+    def __init__(self, model: KeypointsModel) -> None:
+        self.resets = 0
+        self.cells: set[tuple[int, int]] = set()
+        model.modelReset.connect(self._on_reset)
+        model.dataChanged.connect(self._on_changed)
+
+    def _on_reset(self) -> None:
+        self.resets += 1
+
+    def _on_changed(self, first: QModelIndex, last: QModelIndex) -> None:
+        self.cells |= {
+            (row, column)
+            for row in range(first.row(), last.row() + 1)
+            for column in range(first.column(), last.column() + 1)
+        }
+
+
+def test_the_next_volume_of_a_kind_is_drawn_where_it_differs(
+    qtbot: QtBot, session: Session, model: KeypointsModel, volume_path: Path
+) -> None:
+    session.place(K0_UM, "clicked", "k0")
+    redrawn(model)
+    announced = Announced(model)
+    open_and_wait(qtbot, session, write_volume(volume_path.with_name("other.npy"), seed=1))
+    redrawn(model)
+    assert announced.resets == 0
+    # Another one is active, too.
+    assert {row for row, _ in announced.cells} == {0, 1}
+    assert {(0, column) for column in (*COORDINATES, Column.STATE, Column.SOURCE)} <= announced.cells
+    assert text(model, 0, Column.X) == "—"
+
+
+def test_the_next_volume_of_another_kind_is_drawn_whole(
+    qtbot: QtBot, session: Session, model: KeypointsModel, volume_path: Path
+) -> None:
+    session.place(K0_UM, "clicked", "k0")
+    model.set_unit("voxel")
+    other = write_volume(volume_path.with_name("other.npy"), seed=1)
+    write_sidecar(other, (30.0, 30.0, 30.0), 2)
+    announced = Announced(model)
+    open_and_wait(qtbot, session, other)
+    assert announced.resets > 0

@@ -1,5 +1,7 @@
 """The keypoint table, driven by mouse and keyboard."""
 
+from pathlib import Path
+
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
@@ -18,6 +20,7 @@ from annotations.geometry.frames import Vector
 from annotator.panels.annotation.keypoints_model import Column
 from annotator.panels.annotation.keypoints_panel import KeypointsPanel
 from annotator.session import Session
+from tests.annotator.conftest import open_and_wait, write_volume
 
 K0_UM: Vector = (159.0, 135.0, 94.0)
 K1_UM: Vector = (318.0, 405.0, 188.0)
@@ -280,3 +283,16 @@ def test_a_list_of_states_that_is_closed_leaves_nothing_behind(
 def test_a_right_click_on_a_state_opens_nothing(qtbot: QtBot, table: QTableView) -> None:
     qtbot.mouseClick(table.viewport(), Qt.MouseButton.RightButton, pos=cell(table, 0, Column.STATE))
     assert table.findChild(QComboBox, "state_editor") is None
+
+
+def test_text_that_is_being_typed_is_no_other_volumes(
+    qtbot: QtBot, session: Session, table: QTableView, volume_path: Path
+) -> None:
+    editor = begin_editing(qtbot, table, 0, Column.X)
+    editor.setText("777")
+    # As large and as far apart as the first: the rows stay, and so would an editor.
+    open_and_wait(qtbot, session, write_volume(volume_path.with_name("other.npy"), seed=1))
+    qtbot.waitUntil(lambda: table.findChild(QLineEdit, "number_editor") is None)
+    assert session.document is not None
+    assert not any(part.anchor_um for part in session.document.parts)
+    assert session.view.preview is None

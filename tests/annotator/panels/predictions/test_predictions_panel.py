@@ -553,6 +553,7 @@ def test_each_point_of_a_plot_opens_its_volume(qtbot: QtBot, rita: Session, pane
     assert isinstance(page, ErrorPlotsPage)
     assert isinstance(picture, PlotPicture)
     plots = choice(panel, "error_plot")
+    qtbot.waitUntil(lambda: plots.count() > 0, timeout=60_000)
     titles = [plots.itemText(at) for at in range(plots.count())]
     for wanted in ("confidence", "θ1", "θ2", "depth", "the visible share"):
         assert f"Error against {wanted}" in titles

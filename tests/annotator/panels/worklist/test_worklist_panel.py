@@ -35,6 +35,7 @@ from annotator.session.options import SessionOptions
 from annotator.session.volumes.worklist import read_worklist
 from tests.annotator.blind_study import IDS, annotate, write_study
 from tests.annotator.conftest import open_and_wait
+from tests.annotator.redrawn import redrawn
 from tests.annotator.reviewed_study import FIRST, SECOND, predict, write_reviewed
 
 LEFT = Qt.MouseButton.LeftButton
@@ -183,6 +184,7 @@ def test_a_list_of_another_height_paints_no_row_that_stays(qtbot: QtBot, three: 
                 painted += event.region()
             return False
 
+    redrawn(panel)
     QApplication.processEvents()
     paintings = Paintings(window)
     viewport.installEventFilter(paintings)

@@ -202,7 +202,8 @@ def test_whoever_looks_sees_it_follow(qtbot: QtBot, rita: Session, folder: Path)
 def test_what_others_change_is_noticed_by_a_look(qtbot: QtBot, rita: Session, folder: Path) -> None:
     review(qtbot, rita)
     rita.reviewing.follow(True)
-    rita.reviewing.look_for_changes()
+    with qtbot.waitSignal(rita.jobs.job_changed):
+        rita.reviewing.look_for_changes()
     qtbot.waitUntil(lambda: not rita.jobs.running)
     assert not rita.reviewing.is_stale
     predict(folder, FIRST, NEAR, share=40.0)
