@@ -17,6 +17,7 @@ from annotator.session.options import SessionOptions
 from annotator.window.main_window import MainWindow
 from tests.annotator.compared_study import IDS, WORST, write_compared
 from tests.annotator.conftest import open_and_wait
+from tests.annotator.redrawn import redrawn
 from tests.annotator.window.conftest import Person
 
 LEFT = Qt.MouseButton.LeftButton
@@ -87,7 +88,7 @@ def test_from_the_figures_to_the_worst_volume_and_the_report(
     # Keys go there too, though the reviewer has placed nothing.
     qtbot.waitUntil(ritas.actions_by_name["zoom_keypoint"].isEnabled)
     qtbot.waitUntil(lambda: all(each.is_sharp for each in ritas.slices))
-    everybody = ritas.slices[2].grab().toImage()
+    everybody = redrawn(ritas.slices[2]).grab().toImage()
 
     # Each one can be switched off, and all of them at once by a key.
     tabs.setCurrentIndex(2)
