@@ -20,6 +20,9 @@ _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 _SHARP = math.cos(math.radians(40))
 """Cosine between the normals of two triangles below which the edge between them is a sharp one."""
 
+_EDGE_ON = 1e-9
+"""Cosine from which on a triangle faces the eye: what is seen from its edge alone has no edges of its own."""
+
 
 @dataclass(frozen=True, eq=False)
 class Facets:
@@ -64,7 +67,7 @@ class Facets:
         ndarray of float64, shape (n, 2, 3)
         """
         middles_um = self.corners_um.mean(axis=1)
-        front = np.einsum("ij,ij->i", self.normals, _sight(middles_um, camera)) < 0
+        front = np.einsum("ij,ij->i", self.normals, _sight(middles_um, camera)) < -_EDGE_ON
         one, other = self.beside.T
         seen = (front[one] != front[other]) | (self.sharp & front[one] & front[other])
         return self.edges_um[seen]

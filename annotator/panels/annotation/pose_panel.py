@@ -120,7 +120,7 @@ class PosePanel(QWidget):
     @Slot()
     def _on_session_volume_changed(self) -> None:
         # The window has much to draw then, and this panel is the last that a person looks at.
-        self._arrival.ask_apart()
+        self._arrival.ask()
 
     def _bring_in_sight_soon(self, content: QWidget) -> None:
         """Scroll to a section once it, and what stands above it, has been drawn and laid out."""

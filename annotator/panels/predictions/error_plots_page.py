@@ -96,9 +96,11 @@ class ErrorPlotsPage(QWidget):
     def _make_plots(self) -> None:
         review, tables = self._reviewed, _tables(self._reviewed)
         targets = (self._target.currentData() or MEAN_KEYPOINT,)
-        if self._making is not None:
-            self._session.jobs.cancel(self._making)
-            self._making = None
+        for job in (self._making, self._job):
+            if job is not None:
+                self._session.jobs.cancel(job)
+        self._making = self._job = None
+        self._plots = ()
         if review is None or not tables:
             self._take_plots(())
             return
@@ -110,6 +112,7 @@ class ErrorPlotsPage(QWidget):
             lambda _progress, _cancelled: error_plots(tables, tool, targets),
             done=self._take_plots,
             failed=self._on_making_failed,
+            cancelled=self._on_making_cancelled,
             shown=False,
         )
 
@@ -156,6 +159,7 @@ class ErrorPlotsPage(QWidget):
             lambda _progress, _cancelled: _drawn(plot, size_in, ratio, ground),
             done=lambda drawn: self._show(plot, drawn),
             failed=self._on_job_failed,
+            cancelled=self._on_job_cancelled,
             shown=False,
         )
 
@@ -167,8 +171,24 @@ class ErrorPlotsPage(QWidget):
         self._caption.setText(f"{plot.caption} {_HOW}" if drawn.volumes else plot.caption)
 
     def _on_making_failed(self, error: Exception) -> None:
-        self._making = None
-        self._on_job_failed(error)
+        self._give_up_making()
+        raise error
+
+    def _on_making_cancelled(self) -> None:
+        # By a person: where other plots take the place of some, that is no end.
+        if self._making is not None and self._making.state == "cancelled":
+            self._give_up_making()
+
+    def _on_job_cancelled(self) -> None:
+        if self._job is not None and self._job.state == "cancelled":
+            self._job = self._drawn = None
+            self._caption.setText("")
+
+    def _give_up_making(self) -> None:
+        # Whoever comes back has them made again.
+        self._making = self._reviewed = None
+        _offer(self._choice, {})
+        self._caption.setText("")
 
     def _on_job_failed(self, error: Exception) -> None:
         self._job = None

@@ -86,6 +86,8 @@ class ErrorsPage(QWidget):
 
     def draw(self) -> None:
         """Show the errors of the checkpoint in use, and which volume is open."""
+        if self._session.more_follows:
+            return
         reviewing = self._session.reviewing
         current = reviewing.current
         if current is not None and current is not self._drawn:

@@ -176,7 +176,11 @@ class PredictionsPanel(QWidget):
         for page, title in zip(self._pages, ("Errors", "Plots", "Side by side"), strict=True):
             # In a low window they scroll, rather than make it taller than its screen.
             self._tabs.addTab(scrolling(page, f"{page.objectName()}_scroll"), title)
-        self._page_redrawings = [Redrawing(page.draw, page) for page in self._pages]
+        errors, plots, paired = self._pages
+        # In its order a reviewer walks: it is right as soon as there are errors.
+        session.reviewing.changed.connect(errors.draw)
+        errors.draw()
+        self._page_redrawings = [Redrawing(page.draw, page) for page in (plots, paired)]
 
     @Slot(int)
     def _on_checkpoint_activated(self, _: int) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from PySide6.QtCore import QModelIndex, Qt, Signal, Slot
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, Qt, Signal, Slot
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -47,6 +47,7 @@ class WorklistPanel(QWidget):
         super().__init__(parent)
         self._session = session
         self._told: tuple[object, ...] | None = None
+        self._was_on = QPersistentModelIndex()
         self.setObjectName("worklist_panel")
         self.setAccessibleName("Volumes to annotate")
         self._title = ElidedText(name="worklist_title")
@@ -162,11 +163,14 @@ class WorklistPanel(QWidget):
             self._told = told
             self._draw_progress()
             self._size_columns()
+        self._was_on = QPersistentModelIndex(self._list.currentIndex())
         self._finding.ask_apart()
 
     def _find_current(self) -> None:
         current = self._session.current_index
-        if current is not None:
+        has_moved = self._was_on != self._list.currentIndex()
+        # By a person, who has gone to another row meanwhile.
+        if current is not None and not has_moved:
             index = self._shown.mapFromSource(self._model.index(current, 0))
             if index.isValid() and self._list.currentIndex().row() != index.row():
                 self._list.setCurrentIndex(index)

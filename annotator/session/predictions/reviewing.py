@@ -268,7 +268,7 @@ class Reviewing(QObject):
             if has_changed and review is self._review:
                 self._on_something_written()
 
-        def on_failed(_error: Exception) -> None:
+        def on_given_up(_error: Exception | None = None) -> None:
             # A share that does not answer now: whoever reads the files will say so.
             self._looking = None
 
@@ -276,7 +276,8 @@ class Reviewing(QObject):
             "Looking at the annotations and predictions",
             lambda _progress, _cancelled: review_marks(review.folder, review.checkpoints) != review.marks,
             done=on_looked,
-            failed=on_failed,
+            failed=on_given_up,
+            cancelled=on_given_up,
             shown=False,
         )
 

@@ -26,6 +26,7 @@ from annotator.session import Session
 from annotator.session.options import SessionOptions
 from annotator.window.main_window import MainWindow
 from tests.annotator.conftest import open_and_wait
+from tests.annotator.redrawn import redrawn
 from tests.annotator.reviewed_study import FAR, LACKING, NEAR, review, write_reviewed
 from tests.annotator.window.conftest import Person
 
@@ -233,7 +234,7 @@ def test_the_arrow_keys_walk_and_stay_in_the_list(
     open_study(qtbot, rita, write_reviewed(tmp_path / "study"))
     ritas.action("panel_predictions").trigger()
     review(qtbot, rita)
-    view = ritas.window.findChild(QTreeView, "errors_list")
+    view = redrawn(ritas.window).findChild(QTreeView, "errors_list")
     assert isinstance(view, QTreeView)
     rita.reviewing.open(FAR)
     opened(qtbot, rita, FAR)

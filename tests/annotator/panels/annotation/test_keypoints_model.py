@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QColor, QGuiApplication
 from pytestqt.qtbot import QtBot
 
+from annotations.documents.locks import DocumentLock
 from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um
 from annotations.volumes import write_sidecar
@@ -340,13 +342,24 @@ def test_the_next_volume_of_a_kind_is_drawn_where_it_differs(
     assert text(model, 0, Column.X) == "—"
 
 
+@pytest.mark.parametrize("differs_in", ["spacing", "shape", "lock"])
 def test_the_next_volume_of_another_kind_is_drawn_whole(
-    qtbot: QtBot, session: Session, model: KeypointsModel, volume_path: Path
+    qtbot: QtBot, session: Session, model: KeypointsModel, volume_path: Path, differs_in: str
 ) -> None:
     session.place(K0_UM, "clicked", "k0")
     model.set_unit("voxel")
     other = write_volume(volume_path.with_name("other.npy"), seed=1)
-    write_sidecar(other, (30.0, 30.0, 30.0), 2)
+    if differs_in == "spacing":
+        write_sidecar(other, (30.0, 30.0, 30.0), 2)
+    elif differs_in == "shape":
+        np.save(other, np.load(other)[:-1])
+    else:
+        assert session.annotation_path is not None
+        name = session.annotation_path.name.replace(volume_path.name, other.name)
+        lock = DocumentLock.acquire(session.annotation_path.with_name(name), "somebody else")
     announced = Announced(model)
     open_and_wait(qtbot, session, other)
     assert announced.resets > 0
+    assert bool(session.read_only_reason) == (differs_in == "lock")
+    if differs_in == "lock":
+        lock.release()

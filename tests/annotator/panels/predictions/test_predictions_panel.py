@@ -635,3 +635,42 @@ def test_the_slices_go_to_the_worst_keypoint_where_the_box_is_checked(
     box.click()
 
     assert rita.reviewing.goes_to_worst
+
+
+def test_the_walk_is_in_the_lists_order_as_soon_as_errors_are_computed(
+    qtbot: QtBot, rita: Session, panel: PredictionsPanel
+) -> None:
+    review(qtbot, rita, FIRST, SECOND)
+    text = redrawn(panel).findChild(QLineEdit, "errors_filter")
+    assert isinstance(text, QLineEdit)
+    qtbot.keyClicks(text, FAR)
+    assert rita.reviewing.order == (FAR,)
+    orders: list[tuple[str, ...]] = []
+    rita.reviewing.computed.connect(lambda: orders.append(rita.reviewing.order))
+
+    compute(qtbot, rita)
+
+    assert orders == [(FAR,)]
+    # There and back, before anything of it is painted.
+    for checkpoint in (FIRST, SECOND):
+        rita.predicting.choose(checkpoint.sha256)
+        assert rita.reviewing.order == (FAR,)
+
+
+def test_plots_whose_preparation_was_cancelled_are_prepared_when_they_are_seen_again(
+    qtbot: QtBot, rita: Session, panel: PredictionsPanel
+) -> None:
+    review(qtbot, rita)
+    tabs(panel).setCurrentIndex(1)
+    assert rita.jobs.running
+    for job in rita.jobs.running:
+        rita.jobs.cancel(job)
+    qtbot.waitUntil(lambda: not rita.jobs.running)
+    assert choice(panel, "error_plot").count() == 0
+    assert words(panel, "error_plot_caption") == ""
+
+    tabs(panel).setCurrentIndex(0)
+    tabs(panel).setCurrentIndex(1)
+
+    qtbot.waitUntil(lambda: choice(panel, "error_plot").count() > 0, timeout=60_000)
+    qtbot.waitUntil(lambda: "opens its volume" in words(panel, "error_plot_caption"), timeout=60_000)

@@ -28,6 +28,7 @@ from annotations.documents.record import changed
 from annotations.documents.study import CONSENSUS, ViewingRules, load_study, save_study
 from annotations.prediction import prediction_file
 from annotations.volumes import write_sidecar
+from annotator.looks.redrawing import owes_drawing
 from annotator.panels.worklist.worklist_model import PREDICTED, TIME
 from annotator.panels.worklist.worklist_panel import WorklistPanel
 from annotator.session import Session
@@ -498,3 +499,16 @@ def test_a_volume_that_is_found_later_is_looked_for(
         empty_session.open_path(folder)
 
     assert [empty_session.predicted_volumes.has(item) for item in empty_session.items] == [True] * 3
+
+
+def test_a_row_that_a_person_goes_to_meanwhile_stays_the_current_one(
+    qtbot: QtBot, three: Session, items: QTreeView
+) -> None:
+    panel = items.window()
+    redrawn(panel)
+    assert items.currentIndex().row() == three.current_index == 0
+    three.next_volume()
+    qtbot.waitUntil(lambda: three.current_index == 1 and owes_drawing(panel))
+    qtbot.keyClick(items, Qt.Key.Key_End)
+    redrawn(panel)
+    assert items.currentIndex().row() == 2
