@@ -1,5 +1,6 @@
 """What is only read is drawn after what is looked at: once, and always."""
 
+import pytest
 import shiboken6
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QPaintEvent
@@ -20,15 +21,29 @@ class Looked(QWidget):
         self._log.append("painted")
 
 
-def test_any_number_of_wishes_is_one_drawing_in_the_turn_after_the_painting(qtbot: QtBot) -> None:
-    log: list[str] = []
-    looked, parent = Looked(log), QObject()
+@pytest.fixture
+def log() -> list[str]:
+    """What was painted and drawn."""
+    return []
+
+
+@pytest.fixture
+def looked(qtbot: QtBot, log: list[str]) -> Looked:
+    """A widget that is shown and painted, with nothing in the log yet."""
+    looked = Looked(log)
     qtbot.addWidget(looked)
     with qtbot.waitExposed(looked):
         looked.show()
     qtbot.waitUntil(lambda: bool(log))
-    redrawing = Redrawing(lambda: log.append("drawn"), parent)
     log.clear()
+    return looked
+
+
+def test_any_number_of_wishes_is_one_drawing_in_the_turn_after_the_painting(
+    qtbot: QtBot, looked: Looked, log: list[str]
+) -> None:
+    parent = QObject()
+    redrawing = Redrawing(lambda: log.append("drawn"), parent)
     for _ in range(20):
         redrawing.ask()
         looked.update()
@@ -43,12 +58,8 @@ def test_any_number_of_wishes_is_one_drawing_in_the_turn_after_the_painting(qtbo
     assert log == ["painted", "drawn"]
 
 
-def test_a_drag_without_end_does_not_starve_it(qtbot: QtBot) -> None:
-    log: list[str] = []
-    looked, parent = Looked(log), QObject()
-    qtbot.addWidget(looked)
-    with qtbot.waitExposed(looked):
-        looked.show()
+def test_a_drag_without_end_does_not_starve_it(looked: Looked, log: list[str]) -> None:
+    parent = QObject()
     redrawing = Redrawing(lambda: log.append("drawn"), parent)
     for _ in range(30):
         # At every turn of the event loop the next moves are there already.
@@ -77,13 +88,10 @@ def test_what_was_drawn_meanwhile_is_not_drawn_again(qtbot: QtBot) -> None:
     qtbot.waitUntil(lambda: len(drawn) == 2)
 
 
-def test_what_does_not_hurry_has_a_turn_and_its_painting_to_itself(qtbot: QtBot) -> None:
-    log: list[str] = []
-    looked, parent = Looked(log), QObject()
-    qtbot.addWidget(looked)
-    with qtbot.waitExposed(looked):
-        looked.show()
-    qtbot.waitUntil(lambda: bool(log))
+def test_what_does_not_hurry_has_a_turn_and_its_painting_to_itself(
+    qtbot: QtBot, looked: Looked, log: list[str]
+) -> None:
+    parent = QObject()
 
     def drawing(name: str) -> Redrawing:
         def draw() -> None:
@@ -93,7 +101,6 @@ def test_what_does_not_hurry_has_a_turn_and_its_painting_to_itself(qtbot: QtBot)
         return Redrawing(draw, parent)
 
     first, second, third = (drawing(name) for name in ("first", "second", "third"))
-    log.clear()
     looked.update()
     for redrawing in (first, second, first, third):
         redrawing.ask_apart()

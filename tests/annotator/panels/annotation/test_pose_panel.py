@@ -18,6 +18,7 @@ from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, link_boxes
 from annotations.geometry.tool import ToolSpecification
 from annotator.looks import theme
+from annotator.looks.redrawing import Redrawing
 from annotator.panels.annotation import pose_panel
 from annotator.panels.annotation.pose_panel import PosePanel
 from annotator.panels.annotation.pose_readout import PoseReadout, pose_readout
@@ -219,6 +220,22 @@ def test_a_needle_has_fewer_rows(qtbot: QtBot, session: Session, panel: PosePane
     assert isinstance(table, QTableWidget)
     assert (table.rowCount(), table.columnCount()) == (1, 1)
     qtbot.waitUntil(lambda: not session.jobs.running)
+
+
+def test_the_pose_of_another_volume_does_not_wait_until_lists_and_tables_are_drawn(
+    session: Session, panel: PosePanel
+) -> None:
+    nothing = panel.findChild(QLabel, "pose_nothing")
+    assert isinstance(nothing, QLabel)
+    others = [Redrawing(lambda: None, panel) for _ in range(40)]
+    for other in others:
+        other.ask_apart()
+    session.close_volume()
+    # A hand on its fields would go on from what they show.
+    while not nothing.isVisible():
+        assert any(other.is_owed for other in others)
+        QApplication.processEvents()
+    assert any(other.is_owed for other in others)
 
 
 def counted_readouts(monkeypatch: pytest.MonkeyPatch) -> list[object]:
