@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Callable
 
-import shiboken6
 from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer, Slot
 from PySide6.QtWidgets import QWidget
 
@@ -98,13 +97,22 @@ class _Turns(QObject):
         is_due = False
         while self._waiting and not is_due:
             redrawing = self._waiting.popleft()
-            is_due = shiboken6.isValid(redrawing) and redrawing.is_owed
+            is_due = redrawing.is_owed and _is_there(redrawing)
         self._is_waiting = bool(self._waiting)
         if self._is_waiting:
             # Before it draws: one that fails keeps none of the others back.
             self._next_turn.wait()
         if is_due:
             redrawing.draw_now()
+
+
+def _is_there(wrapped: QObject) -> bool:
+    """Say whether Qt has not deleted an object yet that Python still knows."""
+    try:
+        wrapped.parent()
+    except RuntimeError:
+        return False
+    return True
 
 
 def _turns() -> _Turns:

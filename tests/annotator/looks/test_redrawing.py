@@ -1,8 +1,7 @@
 """What is only read is drawn after what is looked at: once, and always."""
 
 import pytest
-import shiboken6
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
@@ -128,7 +127,8 @@ def test_what_is_gone_by_its_turn_is_passed_over(qtbot: QtBot) -> None:
     gone, parent = QObject(), QObject()
     for owner, name in ((gone, "gone"), (parent, "there")):
         Redrawing(lambda name=name: drawn.append(name), owner).ask_apart()  # type: ignore[misc]
-    shiboken6.delete(gone)
+    gone.deleteLater()
+    QApplication.sendPostedEvents(gone, QEvent.Type.DeferredDelete)
     qtbot.waitUntil(lambda: drawn == ["there"])
 
 

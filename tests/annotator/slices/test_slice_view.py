@@ -276,7 +276,8 @@ def test_where_the_plane_stays_only_the_crosshair_is_drawn_again(
     qtbot: QtBot, views: Views, session: Session
 ) -> None:
     session.place(session.view.crosshair_um, keypoint="k2")
-    qtbot.waitUntil(lambda: all(view.is_sharp for view in views))
+    window = views[2].window()
+    qtbot.waitUntil(lambda: all(view.is_sharp for view in views) and not owes_drawing(window))
     QApplication.processEvents()
     noted = Noted()
     views[2].installEventFilter(noted)
