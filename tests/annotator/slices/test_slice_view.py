@@ -399,3 +399,9 @@ def test_the_image_of_another_volume_goes_before_what_is_annotated_in_it(
     qtbot.waitUntil(lambda: log[-1] == "annotation")
     assert log[:2] == ["image", "image"]
     assert log[-2:] == ["image", "annotation"]
+    # Also where no slice arrives that would have it painted.
+    qtbot.waitUntil(lambda: view.is_sharp and not owes_drawing(view.window()))
+    view._on_session_volume_changed()
+    view.repaint()
+    log.clear()
+    qtbot.waitUntil(lambda: "annotation" in log)
