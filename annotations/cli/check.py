@@ -10,6 +10,7 @@ from annotations.cli.output import complain, show_progress, write_json, write_te
 from annotations.cli.tool_folders import tool_folders
 from annotations.documents.checks import Finding, check_file
 from annotations.documents.files import load_annotation
+from annotations.documents.json_files import json_files
 from annotations.documents.study import STUDY_FILE, annotation_files
 from annotations.documents.study_checks import by_path, check_study, is_wrong
 from annotations.errors import UserError
@@ -57,7 +58,7 @@ def _check_study(folder: Path, as_json: bool) -> int:
 
 
 def _files_in(folder: Path) -> Sequence[Path]:
-    files = annotation_files(folder) or sorted(folder.glob("*.json"))
+    files = annotation_files(folder) or list(json_files(folder))
     if not files:
         raise UserError(
             "there is no annotation file in this folder",

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, Self
 import tomli_w
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
+from annotations.documents.json_files import json_files
 from annotations.documents.record import Method, Record, Truth
 from annotations.durable_files import replace_durably
 from annotations.errors import UserError, first_problem
@@ -275,9 +276,17 @@ def save_study(study: Study, folder: Path) -> None:
     replace_durably(path, tomli_w.dumps(fields).encode(), backup=_backup(path))
 
 
-def annotation_files(folder: Path) -> list[Path]:
-    """Return the annotation files below a study's folder, of every annotator and method, in order."""
-    return sorted(folder.glob("annotations/*/*.json"))
+def annotation_files(folder: Path, volume_id: str | None = None) -> list[Path]:
+    """Return the annotation files below a study's folder, of every annotator and method, in order.
+
+    Parameters
+    ----------
+    volume_id : str, optional
+        Only those of this volume; also those whose names merely begin like theirs, see `annotation_name`.
+    """
+    prefix = "" if volume_id is None else f"{volume_id}."
+    people = sorted((folder / "annotations").glob("*"))
+    return [path for person in people for path in json_files(person, prefix)]
 
 
 @dataclass(frozen=True)

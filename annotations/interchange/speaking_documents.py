@@ -142,7 +142,8 @@ def speaking_documents(
     Cancelled
         `cancelled` returned true.
     """
-    by_volume = _candidates(folder, choice)
+    alone = study.volumes[0].id if len(study.volumes) == 1 else None
+    by_volume = _candidates(folder, choice, alone)
     found: list[tuple[StudyVolume, tuple[_Found, ...]]] = []
     for number, volume in enumerate(study.volumes):
         if cancelled():
@@ -158,9 +159,9 @@ def speaking_documents(
     )
 
 
-def _candidates(folder: Path, choice: Choice) -> defaultdict[str, list[_Candidate]]:
+def _candidates(folder: Path, choice: Choice, volume_id: str | None) -> defaultdict[str, list[_Candidate]]:
     by_volume: defaultdict[str, list[_Candidate]] = defaultdict(list)
-    for path in annotation_files(folder):
+    for path in annotation_files(folder, volume_id):
         name, annotator = annotation_name(path), path.parent.name
         if (
             name is not None

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from annotations.documents.files import DocumentError, DocumentFile, document_bytes
+from annotations.documents.json_files import json_files
 from annotations.documents.study import folder_name
 from annotations.documents.volume_link import referenced_path
 from annotations.durable_files import SaveError, replace_durably
@@ -111,7 +112,7 @@ def predicted_volumes(
         The resolved path of each volume's file, and its dataset.
     """
     found = []
-    for path in sorted(checkpoint_folder(folder, checkpoint_name, checkpoint_sha256).glob("*.json")):
+    for path in json_files(checkpoint_folder(folder, checkpoint_name, checkpoint_sha256)):
         with contextlib.suppress(*_UNREADABLE):
             fields = json.loads(path.read_bytes())
             if fields["checkpoint"]["sha256"] == checkpoint_sha256:
@@ -122,7 +123,7 @@ def predicted_volumes(
 
 def _holder_sha256(folder: Path) -> str | None:
     """Return whose predictions a folder holds: of the first that can be read; None where none can."""
-    for path in sorted(folder.glob("*.json")):
+    for path in json_files(folder):
         with contextlib.suppress(*_UNREADABLE):
             return str(json.loads(path.read_bytes())["checkpoint"]["sha256"])
     return None
@@ -130,7 +131,7 @@ def _holder_sha256(folder: Path) -> str | None:
 
 def _judged_sha256(folder: Path) -> str | None:
     """Return on whose predictions the verdicts in a folder are: the first that can be read; None without."""
-    for path in sorted(folder.glob("*.json")):
+    for path in json_files(folder):
         with contextlib.suppress(*_UNREADABLE, IndexError):
             return str(json.loads(path.read_bytes())["verdicts"][0]["checkpoint_sha256"])
     return None

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from annotations import __version__
 from annotations.documents.files import DocumentError, DocumentFile, document_bytes
+from annotations.documents.json_files import json_files
 from annotations.documents.record import changed
 from annotations.documents.study import folder_name
 from annotations.documents.write_guard import writing_beside
@@ -66,7 +67,7 @@ def study_verdicts(
     """
     found: list[VerdictList] = []
     problems: list[DocumentError] = []
-    for path in sorted(_verdicts_of(folder, checkpoint_name, checkpoint_sha256).glob("*.json")):
+    for path in json_files(_verdicts_of(folder, checkpoint_name, checkpoint_sha256)):
         try:
             found.append(_read(path))
         except DocumentError as error:

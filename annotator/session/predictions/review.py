@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from annotations.documents.annotation import Annotation
+from annotations.documents.json_files import json_files
 from annotations.documents.permission import check_may_see_all
 from annotations.documents.standing import standing
 from annotations.documents.study import Study, annotation_files
@@ -157,7 +158,7 @@ def review_marks(folder: Path, checkpoints: "Sequence[Checkpoint]") -> FileMarks
     from annotations.prediction.prediction_file import checkpoint_folder  # late: as above
 
     folders = {checkpoint_folder(folder, each.description.name, each.sha256) for each in checkpoints}
-    predictions = (path for of_checkpoint in sorted(folders) for path in of_checkpoint.glob("*.json"))
+    predictions = (path for of_checkpoint in sorted(folders) for path in json_files(of_checkpoint))
     return file_marks((*annotation_files(folder), *predictions))
 
 
