@@ -64,6 +64,11 @@ class SliceSource:
         return images
 
 
+# How long the next slices wait after a jump, or after another volume has been opened: the window draws its
+# panels then, and threads that read take Python's lock away from it, a few milliseconds each time.
+PAUSE_AFTER_JUMP_S = 0.2
+
+
 @dataclass(frozen=True, eq=False)
 class Wish:
     """A slice that a view wants to draw now.
@@ -218,6 +223,8 @@ class SliceReaders:
     def _foresee(self, wish: Wish) -> None:
         """Read what scrolling on will want, while nobody waits for anything."""
         source = wish.source
+        if not wish.step and self._is_followed(wish, PAUSE_AFTER_JUMP_S):
+            return
         for block in source.plans[wish.axis].ahead(wish.index, wish.step):
             missing = [index for index in block if (wish.axis, index) not in source.cache]
             if not missing:
@@ -228,6 +235,13 @@ class SliceReaders:
                     return
             except VolumeError:  # told when such a slice is wished for, not before
                 return
+
+    def _is_followed(self, wish: Wish, within_s: float) -> bool:
+        """Wait a moment for another wish of the same axis; True as soon as it is there, or all is over."""
+        with self._changed:
+            return self._changed.wait_for(
+                lambda: self._source is not wish.source or wish.axis in self._wishes, within_s
+            )
 
     def _is_pointless(self, wish: Wish, block: range) -> bool:
         """Say whether the newest wish of the axis is one that this reading will not fulfil."""

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from annotations.volumes import SliceImage, Volume, VolumeError
 from annotator.session import Session
-from annotator.slices import slice_reading
+from annotator.slices import slice_readers, slice_reading
 from annotator.slices.fetching import SliceFetcher
 from annotator.slices.slice_view import SliceView
 
@@ -124,6 +124,25 @@ def test_slices_ahead_are_read_before_they_are_asked_for(
     assert source is not None
     qtbot.waitUntil(lambda: all((0, index) in source.cache for index in range(11, 16)))
     assert (0, 9) not in source.cache
+
+
+def test_after_a_jump_the_window_is_drawn_before_the_slices_beside_it_are_read(
+    qtbot: QtBot, session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slice_readers, "PAUSE_AFTER_JUMP_S", 60.0)
+    fetcher = SliceFetcher(session)
+    source = fetcher._source
+    assert source is not None
+    with qtbot.waitSignal(fetcher.slice_arrived):
+        fetcher.fetch(2, 7)
+    qtbot.wait(50)
+    assert [index for index in range(50) if (2, index) in source.cache] == [7]
+
+    # Whoever scrolls on does not wait for that minute to end.
+    with qtbot.waitSignal(fetcher.slice_arrived):
+        fetcher.fetch(2, 8)
+    qtbot.waitUntil(lambda: all((2, index) in source.cache for index in range(7, 12)))
+    fetcher.close()
 
 
 def test_scrolling_through_what_is_in_memory_leaves_reading_ahead_alone(
