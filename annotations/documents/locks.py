@@ -211,13 +211,20 @@ class DocumentLock:
         content = _read(self.path)
         return isinstance(content, _LockFile) and content.token == self._content.token
 
+    def disown(self) -> None:
+        """Say, without waiting for a disk, that this process is about to `release` the lock.
+
+        From then on it does not take itself for somebody else, and may `acquire` another lock in its place.
+        """
+        _HELD.discard(self._content.token)
+
     def release(self) -> None:
         """Give the lock up; nothing happens if it is no longer this one. SaveError if that fails.
 
         Folders that were made for the lock, and in which nothing was saved, are removed.
         """
-        # Where it stays all the same, this process does not take itself for somebody else.
-        _HELD.discard(self._content.token)
+        # Also where it stays all the same.
+        self.disown()
         self._require_folder()
         with writing_beside(self.path, tidied=self._made):
             if not self.is_held():

@@ -60,6 +60,7 @@ class Session(SessionStepping):
             options.spacing_override_um,
             options.remembered_spacing,
             options.remember_spacing,
+            self._claim_lock,
             self,
         )
         self._opener.opened.connect(self._on_opener_opened)

@@ -6,24 +6,18 @@ import logging
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from annotations.documents.locks import RENEWAL_S, DocumentLock, DocumentLocked, LockHolder, holder_of
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
+from annotator.session.files.spare_locks import Claim, FolderReadOnly, SpareLocks, give_up
 from annotator.session.jobs import Jobs
 
+# How long a lock that was taken ahead, or belongs to the document before, is kept: the window is drawn then.
+_KEPT_MS = 200
 _FORBIDDEN = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
 _LOG = logging.getLogger(__name__)
-
-
-class FolderReadOnly(SaveError):  # noqa: N818 - named for what is the case
-    """Nothing can be written beside a document."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(
-            "this folder cannot be written", where=path.parent, remedy="Choose one that you may write to"
-        )
 
 
 class LockKeeper(QObject):
@@ -36,6 +30,7 @@ class LockKeeper(QObject):
     """
 
     lost = Signal(object)
+    _claimed = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -46,20 +41,41 @@ class LockKeeper(QObject):
         self._jobs = Jobs(self)
         self._timer = QTimer(self, interval=round(1000 * RENEWAL_S))
         self._timer.timeout.connect(self.renew)
+        self._spare = SpareLocks()
+        self._spare_timer = QTimer(self, interval=_KEPT_MS, singleShot=True)
+        self._spare_timer.timeout.connect(self._on_spare_timer_timeout)
+        self._claimed.connect(self._spare_timer.start, Qt.ConnectionType.QueuedConnection)
 
     @property
     def is_holding(self) -> bool:
         """Whether there is a lock, as far as is known here."""
         return self._lock is not None
 
+    def claim(self, path: Path, person: str) -> None:
+        """Ask for a document's lock ahead of `hold`, from any thread; given up soon if nobody holds it."""
+        lock = self._lock
+        if (lock is not None and lock.path == path) or (path, person) in self._spare:
+            return
+        claim = _claimed(path, person)
+        if isinstance(claim, DocumentLocked) and claim.holder.is_own:
+            # The open document's, in a folder that was renamed: that is left before another one is held.
+            return
+        self._spare.put(path, person, claim)
+        self._claimed.emit()
+
     def hold(self, path: Path, person: str) -> None:
-        """Take a document's lock, unless it is held, and give up any other.
+        """Take a document's lock, unless it is held, and give up any other, soon.
 
         DocumentLocked if it is taken, FolderReadOnly if neither it nor the document can be written there.
         """
-        if self._lock is None or self._lock.path != path:
-            self.release()
-            self._keep(_acquired(path, person), person)
+        if self._lock is not None and self._lock.path == path:
+            return
+        self._put_aside()
+        asked = self._spare.take(path, person)
+        (claim,) = asked or (_claimed(path, person),)
+        if isinstance(claim, DocumentLocked | FolderReadOnly):
+            raise claim
+        self._keep(claim, person)
 
     def take_over(self, path: Path, person: str, holder: LockHolder) -> None:
         """Take a document's lock from somebody, as `DocumentLock.take_over` does and with its errors."""
@@ -80,7 +96,7 @@ class LockKeeper(QObject):
         try:
             yield
         except BaseException:
-            _give_up(fresh)
+            give_up(fresh)
             raise
         self.release()
         self._keep(fresh, person)
@@ -99,7 +115,7 @@ class LockKeeper(QObject):
         """Give the lock up, if there is one."""
         self._timer.stop()
         lock, self._lock = self._lock, None
-        _give_up(lock)
+        give_up(lock)
 
     def renew(self) -> None:
         """Renew the lock in the background; ``lost`` follows if somebody else has it."""
@@ -127,7 +143,16 @@ class LockKeeper(QObject):
     def close(self) -> None:
         """Give the lock up and end the background work; call it last."""
         self.release()
+        self._spare_timer.stop()
+        self._spare.close()
         self._jobs.close()
+
+    def _put_aside(self) -> None:
+        lock, self._lock = self._lock, None
+        if lock is not None:
+            self._timer.stop()
+            self._spare.leave(lock)
+            self._spare_timer.start()
 
     def _keep(self, lock: DocumentLock | None, person: str) -> None:
         self._lock, self._person = lock, person
@@ -153,6 +178,15 @@ class LockKeeper(QObject):
         self._is_renewing = False
         self._settle(lock, is_held)
 
+    def _on_spare_timer_timeout(self) -> None:
+        self._jobs.start(
+            "Giving up locks",
+            lambda _progress, _cancelled: self._spare.give_up(),
+            done=lambda _: None,
+            failed=_raise,
+            shown=False,
+        )
+
     def _on_look_failed(self, error: Exception) -> None:
         if not isinstance(error, UserError):
             raise error
@@ -171,6 +205,13 @@ def _is_free(path: Path) -> bool:
     return holder is None or holder.is_gone
 
 
+def _claimed(path: Path, person: str) -> Claim:
+    try:
+        return _acquired(path, person)
+    except (DocumentLocked, FolderReadOnly) as refusal:
+        return refusal
+
+
 def _acquired(path: Path, person: str) -> DocumentLock | None:
     try:
         return DocumentLock.acquire(path, person)
@@ -184,10 +225,5 @@ def _acquired(path: Path, person: str) -> DocumentLock | None:
         return None
 
 
-def _give_up(lock: DocumentLock | None) -> None:
-    if lock is not None:
-        try:
-            lock.release()
-        except SaveError as error:
-            # It is passed over once this process is gone.
-            _LOG.warning("A lock could not be given up: %s", error)
+def _raise(error: Exception) -> None:
+    raise error

@@ -10,8 +10,9 @@ from annotations.documents.locks import DocumentLocked, LockHolder
 from annotations.documents.study import CONSENSUS, load_study, study_folder_of
 from annotations.durable_files import SaveError
 from annotations.errors import UserError
-from annotator.session.files.lock_keeper import FolderReadOnly, LockKeeper
+from annotator.session.files.lock_keeper import LockKeeper
 from annotator.session.files.saving import SessionSaving
+from annotator.session.files.spare_locks import FolderReadOnly
 from annotator.session.options import SessionOptions
 from annotator.session.volumes.opening import Opened
 
@@ -82,6 +83,12 @@ class SessionLocking(SessionSaving):
         """Read the document from its file again."""
         raise NotImplementedError
 
+    def _claim_lock(self, opened: Opened) -> None:
+        """Ask, in the thread that has read a document, for the lock that it will have when it is open."""
+        path = opened.found.item.annotation_path
+        if not self._reason_by_study(opened.document, path) and not _leaves_no_trace(opened):
+            self._locks.claim(path, self._options.annotator_name)
+
     def _lock(self, opened: Opened) -> None:
         """Lock a document that is about to be the open one, or find out why it is read-only."""
         path, request = opened.found.item.annotation_path, opened.found.request
@@ -89,8 +96,7 @@ class SessionLocking(SessionSaving):
         self._waiting.stop()
         self._read_only_reason = self._reason_by_study(opened.document, path)
         self._is_kept_by_study = bool(self._read_only_reason)
-        if self._is_kept_by_study or (request.worklist.is_review and not path.exists()):
-            # Whoever reviews leaves no trace where nothing is placed: the lock is taken by the first save.
+        if self._is_kept_by_study or _leaves_no_trace(opened):
             self._locks.release()
             return
         try:
@@ -199,3 +205,8 @@ class SessionLocking(SessionSaving):
     def _way_out(self) -> str:
         # In blind work a document stays in its place.
         return _HOW_TO_AGREE if self.is_blind else _HOW_TO_SAVE
+
+
+def _leaves_no_trace(opened: Opened) -> bool:
+    """Say whether somebody reviews where nothing is placed: the lock is taken by the first save."""
+    return opened.found.request.worklist.is_review and not opened.found.item.annotation_path.exists()

@@ -35,6 +35,8 @@ class VolumeOpener(QObject):
         Said when the program was started.
     remembered_spacing, remember_spacing : callable
         Where answers are kept by the volume's fingerprint when its folder cannot be written.
+    when_read : callable
+        Called, in the thread that reads, with what is ready to be shown and still wanted.
     """
 
     opened = Signal(object)
@@ -48,6 +50,7 @@ class VolumeOpener(QObject):
         spacing_override_um: Vector | None,
         remembered_spacing: Callable[[str], SpacingAnswer | None],
         remember_spacing: Callable[[str, SpacingAnswer], None],
+        when_read: Callable[[Opened], None],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
@@ -55,6 +58,7 @@ class VolumeOpener(QObject):
         self._spacing_override_um = spacing_override_um
         self._remembered_spacing = remembered_spacing
         self._remember_spacing = remember_spacing
+        self._when_read = when_read
         self._job: Job | None = None
         self._request: OpeningRequest | None = None
         self._found: Found | None = None
@@ -111,9 +115,15 @@ class VolumeOpener(QObject):
             self._jobs.cancel(job)
 
     def _prepare(self, found: Found, spacing_um: Vector, note: str) -> None:
+        def read(_progress: Callable[[float], None], cancelled: Callable[[], bool]) -> Opened:
+            opened = opening.prepare(found, spacing_um, note)
+            if not cancelled():
+                self._when_read(opened)
+            return opened
+
         self._job = self._jobs.start(
             f"Reading {found.item.label}",
-            lambda _progress, _cancelled: opening.prepare(found, spacing_um, note),
+            read,
             done=self._on_job_prepared,
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
