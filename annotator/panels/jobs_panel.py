@@ -1,6 +1,6 @@
 """Long work under way, in the status bar: what it is, how far it is, and how to stop it."""
 
-from PySide6.QtCore import Qt, Slot
+from PySide6.QtCore import Qt, QTimer, Slot
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStyle, QToolButton, QWidget
 
 from annotator.looks.labels import ElidedText
@@ -10,10 +10,12 @@ from annotator.session import Session
 from annotator.session.jobs import Job
 
 _STEPS = 1000
+# What is done sooner would only flicker, and draw the status bar twice from each volume to the next.
+_WAIT_MS = 150
 
 
 class JobsPanel(QWidget):
-    """Shows the oldest running job, and how many wait behind it; empty while there is none."""
+    """Shows the oldest running job, once it takes its time, and how many wait behind it; else nothing."""
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -35,13 +37,21 @@ class JobsPanel(QWidget):
         layout.addWidget(self._title)
         layout.addWidget(self._bar)
         layout.addWidget(self._cancel)
+        self._wait = QTimer(self, interval=_WAIT_MS, singleShot=True)
+        self._wait.timeout.connect(self._draw)
+        self.setVisible(False)
         session.jobs.job_changed.connect(self._on_jobs_job_changed)
-        self._draw()
 
     @Slot(object)
     def _on_jobs_job_changed(self, job: Job) -> None:
-        if job.shown:
+        if not job.shown:
+            return
+        if not self.isHidden():
             self._draw()
+        elif not self._shown():
+            self._wait.stop()
+        elif not self._wait.isActive():
+            self._wait.start()
 
     @Slot()
     def _on_cancel_clicked(self) -> None:

@@ -64,8 +64,8 @@ class SliceSource:
         return images
 
 
-# How long the next slices wait after a jump, or after another volume has been opened: the window draws its
-# panels then, and threads that read take Python's lock away from it, a few milliseconds each time.
+# After a jump, or when another volume has been opened, the window draws its panels, and threads take Python's
+# lock away from it, a few milliseconds each time: for so long they put off what nobody waits for.
 PAUSE_AFTER_JUMP_S = 0.2
 
 
@@ -114,7 +114,11 @@ class SliceReaders:
         self._wishes: dict[int, Wish] = {}
         self._done_with: list[SliceSource] = []
         self._being_read: set[int] = set()
-        self._changed = threading.Condition()
+        # One lock, and a condition for each thing to wait for: who is woken for nothing takes Python's lock
+        # from the window.
+        self._lock = threading.RLock()
+        self._wished = tuple(threading.Condition(self._lock) for _ in range(3))
+        self._calmed = threading.Condition(self._lock)
         self._threads = [
             threading.Thread(target=self._run, args=(axis,), name=f"slices-{axis}", daemon=True)
             for axis in range(3)
@@ -125,15 +129,16 @@ class SliceReaders:
     def use(self, source: SliceSource | None) -> None:
         """Read from another volume, or from none, from now on; wishes for the old one are forgotten.
 
-        Its slices are given back by the first thread without a wish: for a hundred megabytes it takes as long
-        as the first picture of the other volume.
+        Its slices are given back by a thread that has no wish for a while: for a hundred megabytes it takes
+        as long as the first picture of the other volume.
         """
-        with self._changed:
+        with self._lock:
             if self._source is not None:
                 self._done_with.append(self._source)
+                self._wished[0].notify()
             self._source = source
             self._wishes.clear()
-            self._changed.notify_all()
+            self._calmed.notify_all()
 
     def wish(self, axis: int, index: int, step: int) -> None:
         """Read a slice next; an earlier wish for the same axis is forgotten.
@@ -144,20 +149,22 @@ class SliceReaders:
         step : int
             How far, and which way, scrolling led there; 0 after a jump.
         """
-        with self._changed:
+        with self._lock:
             if self._source is not None:
                 was_missing = (axis, index) not in self._source.cache
                 self._wishes[axis] = Wish(self._source, axis, index, step, was_missing)
-                self._changed.notify_all()
+                self._wished[axis].notify()
+                self._calmed.notify_all()
 
     def stop(self) -> None:
         """Deliver nothing more, and let the threads end."""
-        with self._changed:
+        with self._lock:
             self._stopped = True
             self._source = None
             self._wishes.clear()
             self._done_with.clear()
-            self._changed.notify_all()
+            for condition in (*self._wished, self._calmed):
+                condition.notify_all()
 
     def wait(self, patience_s: float) -> None:
         """Wait, after `stop`, until the threads have ended; a reading that hangs is left to itself."""
@@ -170,16 +177,23 @@ class SliceReaders:
 
     def _fulfil_next(self, axis: int) -> bool:
         """Wait for a wish and fulfil it; False when stopped. Holds on to no volume in between."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._stopped or axis in self._wishes or self._done_with)
+        with self._lock:
+            wished = self._wished[axis]
+            wished.wait_for(lambda: self._stopped or axis in self._wishes or self._done_with)
+            if axis not in self._wishes:
+                wished.wait_for(lambda: self._stopped or axis in self._wishes, PAUSE_AFTER_JUMP_S)
             if self._stopped:
                 return False
             wish = self._wishes.get(axis)
+            done_with: list[SliceSource] = []
             if wish is None:
-                # Ends with this call, when nobody waits for the lock any more.
                 done_with, self._done_with = self._done_with, []
-                return bool(done_with)
-            self._being_read.add(axis)
+            else:
+                self._being_read.add(axis)
+        if wish is None:
+            # Here, where nobody waits for the lock.
+            done_with.clear()
+            return True
         try:
             image = self._read(wish)
         except Exception as error:  # noqa: BLE001 - whatever it is, a person must hear of it
@@ -212,13 +226,13 @@ class SliceReaders:
         self, wish: Wish, tell: Callable[[SliceSource, Any], None] | None = None, what: object = None
     ) -> None:
         """Take a wish off the list, unless a newer one stands there, and tell what came of it."""
-        with self._changed:
+        with self._lock:
             self._being_read.discard(wish.axis)
             if self._wishes.get(wish.axis) is wish:
                 del self._wishes[wish.axis]
             if tell is not None and not self._stopped:
                 tell(wish.source, what)
-            self._changed.notify_all()
+            self._calmed.notify_all()
 
     def _foresee(self, wish: Wish) -> None:
         """Read what scrolling on will want, while nobody waits for anything."""
@@ -238,8 +252,8 @@ class SliceReaders:
 
     def _is_followed(self, wish: Wish, within_s: float) -> bool:
         """Wait a moment for another wish of the same axis; True as soon as it is there, or all is over."""
-        with self._changed:
-            return self._changed.wait_for(
+        with self._lock:
+            return self._calmed.wait_for(
                 lambda: self._source is not wish.source or wish.axis in self._wishes, within_s
             )
 
@@ -253,8 +267,8 @@ class SliceReaders:
 
         Whoever scrolls on through slices that are in memory disturbs nothing: the next ones are just those.
         """
-        with self._changed:
-            self._changed.wait_for(
+        with self._lock:
+            self._calmed.wait_for(
                 lambda: (
                     self._source is not wish.source
                     or self._is_waited_for(wish)

@@ -280,7 +280,8 @@ class MainWindow(QMainWindow):
         session.predicting.checkpoints_changed.connect(self._draw_actions)
         session.predicting.running_changed.connect(self._draw_actions)
         session.predicting.shown_changed.connect(self._draw_actions)
-        session.reviewing.changed.connect(self._draw_actions)
+        # Not at once: it comes right after the volume and its list have changed, which draw them, too.
+        session.reviewing.changed.connect(self._actions_timer.start)
         session.judging.changed.connect(self._draw_actions)
 
     def _draw_actions(self) -> None:

@@ -1,5 +1,6 @@
 """Which volumes of the list the checkpoint in use has predicted."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from annotator.session.editing.seeing import Seeing
 from annotator.session.jobs import Job
 from annotator.session.predictions.predicting import Predicting
+from annotator.session.remembered import Remembered
 from annotator.session.state import SessionState
 from annotator.session.volumes.worklist import WorkItem
 
@@ -44,6 +46,8 @@ class PredictedVolumes(QObject):
         self._places: frozenset[Place] = frozenset()
         self._looked_for: _Wanted | None = None
         self._looking: Job | None = None
+        self._remembered_places = Remembered[frozenset[Place]]()
+        self._remembered_folders = Remembered[tuple[Path, ...]]()
         predicting.checkpoints_changed.connect(self._on_asked_otherwise)
         predicting.predicted.connect(self._look)
         seeing.permission_changed.connect(self._on_asked_otherwise)
@@ -71,13 +75,15 @@ class PredictedVolumes(QObject):
         worklist = self._session.worklist
         if worklist.study is not None:
             return (worklist.folder,)
-        return tuple(sorted({item.volume_path.parent for item in worklist.items}))
+        return self._remembered_folders.result(_folders_of, worklist.items)
 
     def _wanted(self) -> "_Wanted | None":
         checkpoint = self._predicting.current
         if checkpoint is None:
             return None
-        places = frozenset(item.place for item in self._predicting.counting(self._session.items))
+        # Asked about with each step from volume to volume, while the list stays the same one.
+        counting = self._predicting.counting(self._session.items)
+        places = self._remembered_places.result(_places_of, counting)
         return _Wanted(checkpoint.sha256, self._folders(), places)
 
     def _look(self) -> None:
@@ -130,3 +136,11 @@ class PredictedVolumes(QObject):
     def _on_asked_otherwise(self) -> None:
         if self._wanted() != self._looked_for:
             self._look()
+
+
+def _folders_of(items: Sequence[WorkItem]) -> tuple[Path, ...]:
+    return tuple(sorted({item.volume_path.parent for item in items}))
+
+
+def _places_of(items: Sequence[WorkItem]) -> frozenset[Place]:
+    return frozenset(item.place for item in items)

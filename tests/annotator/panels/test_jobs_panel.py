@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QToolButton, QVBoxLayout, QW
 from pytestqt.qtbot import QtBot
 
 from annotations.errors import Cancelled
+from annotator.panels import jobs_panel
 from annotator.panels.jobs_panel import JobsPanel
 from annotator.session import Session
 from annotator.session.jobs import Job
@@ -29,6 +30,20 @@ def panel(session: Session, bar_frame: QWidget) -> JobsPanel:
     panel = JobsPanel(session)
     bar_frame.layout().addWidget(panel)
     return panel
+
+
+@pytest.fixture
+def shown_and_hidden(panel: JobsPanel, monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Each time that the panel is made visible or not, from then on."""
+    noted: list[bool] = []
+    set_visible = panel.setVisible
+
+    def note(is_visible: bool) -> None:
+        noted.append(is_visible)
+        set_visible(is_visible)
+
+    monkeypatch.setattr(panel, "setVisible", note)
+    return noted
 
 
 class Work:
@@ -78,7 +93,7 @@ def test_progress_is_shown_until_the_work_is_done(
     qtbot: QtBot, session: Session, panel: JobsPanel, work: Work
 ) -> None:
     begin(session, work, "Averaging the volume")
-    assert panel.isVisible()
+    qtbot.waitUntil(panel.isVisible)
     assert title(panel) == "Averaging the volume"
     assert bar(panel).maximum() == 0
     assert work.began.wait(5)
@@ -92,6 +107,7 @@ def test_work_is_cancelled_by_its_button(
     qtbot: QtBot, session: Session, panel: JobsPanel, work: Work
 ) -> None:
     job = begin(session, work, "Averaging the volume")
+    qtbot.waitUntil(panel.isVisible)
     button = panel.findChild(QToolButton, "jobs_cancel")
     assert isinstance(button, QToolButton)
     assert "Averaging the volume" in button.toolTip()
@@ -105,10 +121,29 @@ def test_work_is_cancelled_by_its_button(
 def test_more_work_is_counted(qtbot: QtBot, session: Session, panel: JobsPanel, work: Work) -> None:
     begin(session, work, "First")
     begin(session, work, "Second")
+    qtbot.waitUntil(panel.isVisible)
     assert title(panel) == "First and 1 more"
     assert panel.toolTip() == "First\nSecond"
 
 
 def test_small_work_is_not_shown(qtbot: QtBot, session: Session, panel: JobsPanel, work: Work) -> None:
     begin(session, work, "Reading a slice", shown=False)
+    qtbot.wait(2 * jobs_panel._WAIT_MS)
     assert not panel.isVisible()
+
+
+def test_work_that_is_done_at_once_does_not_flicker(
+    qtbot: QtBot, session: Session, panel: JobsPanel, shown_and_hidden: list[bool]
+) -> None:
+    for number in range(3):
+        done: list[None] = []
+        session.jobs.start(
+            f"Opening v{number}", lambda _progress, _cancelled: None, done=done.append, failed=raised
+        )
+        qtbot.waitUntil(lambda done=done: bool(done))  # type: ignore[misc]
+    qtbot.wait(2 * jobs_panel._WAIT_MS)
+    assert shown_and_hidden == []
+
+
+def raised(error: Exception) -> None:
+    raise error
