@@ -285,8 +285,12 @@ def annotation_files(folder: Path, volume_id: str | None = None) -> list[Path]:
         Only those of this volume; also those whose names merely begin like theirs, see `annotation_name`.
     """
     prefix = "" if volume_id is None else f"{volume_id}."
-    people = sorted((folder / "annotations").glob("*"))
-    return [path for person in people for path in json_files(person, prefix)]
+    return [path for person in annotator_folders(folder) for path in json_files(person, prefix)]
+
+
+def annotator_folders(folder: Path) -> list[Path]:
+    """Return the folders, one an annotator, of a study's annotation files, in order."""
+    return sorted((folder / "annotations").glob("*"))
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """How the panels share the window: beside, below or behind each other, each as large as it asks for."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 
-from PySide6.QtCore import QObject, Qt, QTimer
+from PySide6.QtCore import QObject, Qt, QTimer, Signal, Slot
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStyle, QWidget
 
 from annotations.documents.record import Method
@@ -38,6 +38,8 @@ class DockColumns(QObject):
         The method whose parts are shown at first.
     """
 
+    _next_asked = Signal(object)
+
     def __init__(
         self, docks: Mapping[str, QDockWidget], centre: QWidget, method: Method, window: QMainWindow
     ) -> None:
@@ -53,6 +55,8 @@ class DockColumns(QObject):
         # Below the panes where there is room for them.
         self._has_moved_predictions = False
         self._has_hidden_keypoints = False
+        # What is asked for while Qt lays out comes before it paints; a timer's turn comes after that.
+        self._next_asked.connect(self._on_next_asked, Qt.ConnectionType.QueuedConnection)
         docks["predictions"].visibilityChanged.connect(self._on_predictions_visibility_changed)
         docks["keypoints"].visibilityChanged.connect(self._on_keypoints_visibility_changed)
 
@@ -190,13 +194,17 @@ class DockColumns(QObject):
 
     def _on_predictions_visibility_changed(self, is_visible: bool) -> None:
         if self._is_arranged:
-            # Once it is laid out.
-            QTimer.singleShot(0, self, partial(self._make_room_for_review, is_visible))
+            # Once it is laid out, and before it is painted.
+            self._next_asked.emit(partial(self._make_room_for_review, is_visible))
 
     def _on_keypoints_visibility_changed(self, is_visible: bool) -> None:
         if is_visible:
             # Whoever hides them from now on does so for good.
             self._has_hidden_keypoints = False
+
+    @Slot(object)
+    def _on_next_asked(self, work: Callable[[], None]) -> None:
+        work()
 
     def _make_room_for_review(self, is_reviewing: bool) -> None:
         """Give predictions a height in which tables can be read: of a low column all, while they are seen."""
@@ -207,8 +215,10 @@ class DockColumns(QObject):
             if dock.height() < _LEAST_TABLES_LINES * line:
                 height = round(_TABLES_HEIGHT * self._window.height())
                 self._window.resizeDocks([dock], [height], Qt.Orientation.Vertical)
-                # What is above has been made lower by the same part, whatever it needs.
-                QTimer.singleShot(0, self, partial(self._make_room, self._method))
+                self._window.layout().activate()
+                # What is above has been made lower by the same part, whatever it needs: after the painting, for
+                # both together would hold the window up.
+                self._next_asked.emit(partial(self._make_room, self._method))
         elif self._column_height() < _TABLES_LINES * line and self._shares_column_with_predictions():
             self._has_hidden_keypoints = True
             self._docks["keypoints"].hide()

@@ -1,6 +1,8 @@
 """Looking, every few seconds, whether the annotators' files of the open volume are those that were read."""
 
-from collections.abc import Iterable
+import contextlib
+import os
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -10,20 +12,32 @@ from annotator.session.jobs import Job, Jobs
 
 _EVERY_MS = 3000
 
-FileMarks = frozenset[tuple[Path, int, int]]
-"""Files with the time of their last change in ns and their size in bytes: another one is another file."""
+FileMark = tuple[str, int, int]
+"""A file with the time of its last change in ns and its size in bytes: another one is another file."""
+
+FileMarks = frozenset[FileMark]
 
 
 def file_marks(paths: Iterable[Path]) -> FileMarks:
     """Return by what a change of files is noticed without reading them; what is gone is not among them."""
-    marks = set()
-    for path in paths:
-        try:
-            found = path.stat()
-        except OSError:
-            continue
-        marks.add((path, found.st_mtime_ns, found.st_size))
-    return frozenset(marks)
+    return frozenset(filter(None, (_mark(str(path), path.stat) for path in paths)))
+
+
+def folder_marks(folders: Iterable[Path]) -> FileMarks:
+    """Return the `file_marks` of all JSON files in some folders: for thousands of them in half the time."""
+    marks: set[FileMark | None] = set()
+    for folder in folders:
+        with contextlib.suppress(OSError), os.scandir(folder) as entries:
+            marks.update(_mark(entry.path, entry.stat) for entry in entries if entry.name.endswith(".json"))
+    return frozenset(filter(None, marks))
+
+
+def _mark(path: str, look: Callable[[], os.stat_result]) -> FileMark | None:
+    try:
+        found = look()
+    except OSError:
+        return None
+    return path, found.st_mtime_ns, found.st_size
 
 
 class OpinionWatch(QObject):

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from annotations.documents.annotation import Annotation
-from annotations.documents.json_files import json_files
 from annotations.documents.permission import check_may_see_all
 from annotations.documents.standing import standing
-from annotations.documents.study import Study, annotation_files
-from annotator.session.agreement.opinion_watch import FileMarks, file_marks
+from annotations.documents.study import Study, annotator_folders
+from annotator.session.agreement.opinion_watch import FileMarks, folder_marks
 
 if TYPE_CHECKING:
     # Half a second that only those wait for who review.
@@ -149,7 +148,7 @@ def changed_review(
         The mark of that file right after it was saved: that is no change by somebody else.
     """
     truths = review.read.truths.with_annotation(volume, annotation)
-    marks = frozenset(each for each in review.marks if each[0] != path) | saved
+    marks = frozenset(each for each in review.marks if each[0] != str(path)) | saved
     return _review_of(review.folder, review.checkpoints, replace(review.read, truths=truths), marks)
 
 
@@ -158,8 +157,7 @@ def review_marks(folder: Path, checkpoints: "Sequence[Checkpoint]") -> FileMarks
     from annotations.prediction.prediction_file import checkpoint_folder  # late: as above
 
     folders = {checkpoint_folder(folder, each.description.name, each.sha256) for each in checkpoints}
-    predictions = (path for of_checkpoint in sorted(folders) for path in json_files(of_checkpoint))
-    return file_marks((*annotation_files(folder), *predictions))
+    return folder_marks((*annotator_folders(folder), *folders))
 
 
 def _review_of(

@@ -30,7 +30,7 @@ _LAST, _FIRST = (
 # After a save or a prediction others may follow at once.
 _SETTLES_MS = 800
 # Whoever comes back sees the panel first: hundreds of files are looked at beside the painting otherwise.
-_LOOKS_AFTER_MS = 200
+_LOOKS_AFTER_MS = 500
 
 
 class Reviewing(QObject):
