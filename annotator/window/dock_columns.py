@@ -216,7 +216,7 @@ class DockColumns(QObject):
                 height = round(_TABLES_HEIGHT * self._window.height())
                 self._window.resizeDocks([dock], [height], Qt.Orientation.Vertical)
                 self._window.layout().activate()
-                # What is above has been made lower by the same part, whatever it needs: after the painting, for
+                # What is above has been made lower by the same part, whatever it needs. After the painting:
                 # both together would hold the window up.
                 self._next_asked.emit(partial(self._make_room, self._method))
         elif self._column_height() < _TABLES_LINES * line and self._shares_column_with_predictions():

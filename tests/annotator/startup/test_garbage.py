@@ -1,6 +1,7 @@
 import gc
 import sys
 import threading
+import time
 import types
 import weakref
 
@@ -67,3 +68,30 @@ def test_what_many_late_modules_brought_is_left_out_of_further_collections_once(
 
     # What comes later may be garbage.
     assert len(frozen) == 1
+
+
+def test_what_a_busy_thread_makes_is_looked_at_in_small_portions(qtbot, collection):
+    looked_at: list[int] = []
+    kept: list[list[object]] = []
+
+    def note(phase: str, _info: object) -> None:
+        if phase == "start":
+            looked_at.append(gc.get_count()[0])
+
+    def work() -> None:
+        ends = time.monotonic() + 1.2
+        while time.monotonic() < ends:
+            kept.append([[] for _ in range(100)])
+            time.sleep(0.001)
+
+    gc.callbacks.append(note)
+    try:
+        worker = threading.Thread(target=work)
+        worker.start()
+        qtbot.waitUntil(lambda: not worker.is_alive())
+    finally:
+        gc.callbacks.remove(note)
+    made = 100 * len(kept)
+    assert made > 10_000
+    assert len(looked_at) >= 3
+    assert max(looked_at) < made / 2
