@@ -20,7 +20,7 @@ from annotator.startup.garbage import GarbageCollection
 from annotator.startup.termination import Termination
 from annotator.window.main_window import MainWindow
 
-_SWITCH_INTERVAL_S = 0.0005
+_SWITCH_INTERVAL_S = 0.0001
 
 
 def make_application() -> QApplication:

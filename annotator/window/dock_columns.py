@@ -215,7 +215,8 @@ class DockColumns(QObject):
             if dock.height() < _LEAST_TABLES_LINES * line:
                 height = round(_TABLES_HEIGHT * self._window.height())
                 self._window.resizeDocks([dock], [height], Qt.Orientation.Vertical)
-                self._window.layout().activate()
+                if (layout := self._window.layout()) is not None:
+                    layout.activate()
                 # What is above has been made lower by the same part, whatever it needs. After the painting:
                 # both together would hold the window up.
                 self._next_asked.emit(partial(self._make_room, self._method))

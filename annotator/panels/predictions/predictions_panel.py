@@ -28,9 +28,7 @@ from annotator.session import Session
 
 if TYPE_CHECKING:
     from annotations.prediction.errors.error_table import ErrorTable
-    from annotator.panels.predictions.error_plots_page import ErrorPlotsPage
     from annotator.panels.predictions.errors_page import ErrorsPage
-    from annotator.panels.predictions.paired_page import PairedPage
 
 _NO_CHECKPOINT = "Load a checkpoint, a trained network, to see what it makes of these volumes."
 _NO_PREDICTIONS = "This checkpoint has predicted nothing here yet: let it predict the study."
@@ -68,7 +66,7 @@ class PredictionsPanel(QWidget):
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._session = session
-        self._pages: tuple[ErrorsPage, ErrorPlotsPage, PairedPage] | None = None
+        self._errors: ErrorsPage | None = None
         self._page_redrawings: Sequence[Redrawing] = ()
         self.setObjectName("predictions_panel")
         self.setAccessibleName("Predictions")
@@ -102,6 +100,7 @@ class PredictionsPanel(QWidget):
         self._lay_out()
         # Several of them come with each volume, after which the images go first.
         self._redrawing = Redrawing(self._draw, self)
+        self._making_others = Redrawing(self._make_other_pages, self)
         session.judging.changed.connect(self._redrawing.ask_apart)
         # It changes with each change of the review, too.
         session.reporting.changed.connect(self._redrawing.ask_apart)
@@ -165,22 +164,30 @@ class PredictionsPanel(QWidget):
         layout.addWidget(self._tabs, 1)
         layout.addStretch()
 
-    def _make_pages(self) -> None:
-        # Late: what they are made of is there once errors were computed, and few sessions compute any.
-        from annotator.panels.predictions.error_plots_page import ErrorPlotsPage
+    def _make_errors(self) -> "ErrorsPage":
+        # Late: what it is made of is there once errors were computed, and few sessions compute any.
         from annotator.panels.predictions.errors_page import ErrorsPage
+
+        errors = ErrorsPage(self._session)
+        self._add_page(errors, "Errors")
+        # In its order a reviewer walks: it is right as soon as there are errors.
+        self._session.reviewing.changed.connect(errors.draw)
+        errors.draw()
+        return errors
+
+    def _make_other_pages(self) -> None:
+        from annotator.panels.predictions.error_plots_page import ErrorPlotsPage  # late: as above
         from annotator.panels.predictions.paired_page import PairedPage
 
-        session = self._session
-        self._pages = ErrorsPage(session), ErrorPlotsPage(session), PairedPage(session)
-        for page, title in zip(self._pages, ("Errors", "Plots", "Side by side"), strict=True):
-            # In a low window they scroll, rather than make it taller than its screen.
-            self._tabs.addTab(scrolling(page, f"{page.objectName()}_scroll"), title)
-        errors, plots, paired = self._pages
-        # In its order a reviewer walks: it is right as soon as there are errors.
-        session.reviewing.changed.connect(errors.draw)
-        errors.draw()
+        plots, paired = ErrorPlotsPage(self._session), PairedPage(self._session)
+        self._add_page(plots, "Plots")
+        self._add_page(paired, "Side by side")
         self._page_redrawings = [Redrawing(page.draw, page) for page in (plots, paired)]
+        self._draw_pages()
+
+    def _add_page(self, page: QWidget, title: str) -> None:
+        # In a low window they scroll, rather than make it taller than its screen.
+        self._tabs.addTab(scrolling(page, f"{page.objectName()}_scroll"), title)
 
     @Slot(int)
     def _on_checkpoint_activated(self, _: int) -> None:
@@ -256,10 +263,12 @@ class PredictionsPanel(QWidget):
     def _draw_pages(self) -> None:
         reviewing = self._session.reviewing
         has_rows = reviewing.table is not None and bool(reviewing.table.rows)
-        if has_rows and self._pages is None:
-            self._make_pages()
+        if has_rows and self._errors is None:
+            self._errors = self._make_errors()
+            # All of them together would keep the window from answering.
+            self._making_others.ask_apart()
         self._tabs.setVisible(has_rows)
-        if self._pages is not None:
+        if self._page_redrawings:
             is_paired = reviewing.review is not None and reviewing.review.is_paired
             self._tabs.setTabVisible(_SIDE_BY_SIDE, is_paired)
             for redrawing in self._page_redrawings:
