@@ -57,6 +57,27 @@ class Redrawing(QObject):
         self.is_owed = False
 
 
+class PaintingApart(QObject):
+    """Paints a widget in a turn of the event loop of its own, where most of it has changed.
+
+    For a table that comes with another volume: to paint it takes as long as all the images.
+    """
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
+        self._widget = widget
+        self._redrawing = Redrawing(self._paint, self)
+
+    def ask(self) -> None:
+        """Leave what stands there until its turn; to be called before any of it is asked to be painted."""
+        if self._widget.isVisible():
+            self._widget.setUpdatesEnabled(False)
+            self._redrawing.ask_apart()
+
+    def _paint(self) -> None:
+        self._widget.setUpdatesEnabled(True)
+
+
 class _NextTurn(QObject):
     """Calls back at the beginning of the turn of the event loop that follows the next painting."""
 

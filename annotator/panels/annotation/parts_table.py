@@ -1,6 +1,6 @@
 """The table of keypoints or of boxes: the selected row is the active part, a click on a cross clears."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QSize, Qt, Slot
@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from annotator.looks.redrawing import PaintingApart
 from annotator.panels.annotation.part_delegates import (
     ClearDelegate,
     NameDelegate,
@@ -22,6 +23,7 @@ from annotator.panels.annotation.part_delegates import (
     StateDelegate,
 )
 from annotator.panels.annotation.parts_model import PartsModel
+from annotator.panels.widgets.table_model import Index
 from annotator.session import Session
 from annotator.session.viewing.view import View
 
@@ -88,10 +90,18 @@ class PartsTable(QTableView):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
         self.clicked.connect(self._on_clicked)
         self.selectionModel().currentRowChanged.connect(self._on_current_row_changed)
+        self._painting = PaintingApart(self.viewport())
+        model.modelAboutToBeReset.connect(self._painting.ask)
         model.modelReset.connect(self._on_model_reset)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
         self._draw_selection()
+
+    def dataChanged(self, first: Index, last: Index, roles: Sequence[int] = ()) -> None:
+        if self._session.more_follows:
+            # Of another volume everything is different.
+            self._painting.ask()
+        super().dataChanged(first, last, list(roles))
 
     def fit_columns(self) -> None:
         """Share the width out: first what a person judges by, then whole words, then the source."""

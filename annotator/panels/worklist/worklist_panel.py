@@ -22,7 +22,7 @@ from annotator.looks.durations import duration
 from annotator.looks.labels import ElidedText, WrappedText
 from annotator.looks.naming import named
 from annotator.looks.progress import ProgressBar
-from annotator.looks.redrawing import Redrawing, keep_painted
+from annotator.looks.redrawing import PaintingApart, Redrawing, keep_painted
 from annotator.panels.widgets.name_elision import ElidedNameDelegate
 from annotator.panels.widgets.table_model import bold_font
 from annotator.panels.worklist.worklist_filter import KINDS, WorklistFilter, kind_words
@@ -85,6 +85,8 @@ class WorklistPanel(QWidget):
             self._list.header().setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
         self._list.header().setMinimumSectionSize(self.fontMetrics().height())
         self._list.activated.connect(self._on_list_activated)
+        self._painting = PaintingApart(self._list.viewport())
+        self._shown.modelAboutToBeReset.connect(self._painting.ask)
         self._shown.modelReset.connect(self._on_shown_model_reset)
 
         self._progress = named(ProgressBar(), "worklist_progress")

@@ -6,7 +6,7 @@ from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from annotator.looks.redrawing import Redrawing, owes_drawing
+from annotator.looks.redrawing import PaintingApart, Redrawing, owes_drawing
 
 
 class Looked(QWidget):
@@ -142,3 +142,39 @@ def test_a_drawing_that_fails_keeps_none_of_the_others_back(qtbot: QtBot) -> Non
     assert [kind for kind, _, _ in raised] == [ValueError]
     Redrawing(lambda: drawn.append("later"), parent).ask_apart()
     qtbot.waitUntil(lambda: drawn == ["next", "later"])
+
+
+def test_what_has_changed_as_a_whole_is_painted_in_a_turn_of_its_own(qtbot: QtBot, log: list[str]) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    table = Looked(log)
+    table.setParent(window)
+    with qtbot.waitExposed(window):
+        window.show()
+    qtbot.waitUntil(lambda: bool(log))
+    log.clear()
+    painting = PaintingApart(table)
+
+    for _ in range(3):
+        painting.ask()
+        table.update()
+    QApplication.processEvents()
+    assert log == []
+    assert owes_drawing(window)
+
+    qtbot.waitUntil(lambda: bool(log))
+    assert not owes_drawing(window)
+    qtbot.wait(20)
+    assert log == ["painted"]
+    table.update()
+    qtbot.waitUntil(lambda: log == ["painted", "painted"])
+
+
+def test_what_nobody_sees_is_painted_as_soon_as_it_is_seen(
+    qtbot: QtBot, looked: Looked, log: list[str]
+) -> None:
+    looked.hide()
+    PaintingApart(looked).ask()
+    assert not owes_drawing(looked)
+    looked.show()
+    qtbot.waitUntil(lambda: bool(log))
