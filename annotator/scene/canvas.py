@@ -5,12 +5,14 @@ from functools import partial
 
 import vtk
 from mayavi.core.api import Engine
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Slot
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QGuiApplication, QImage, QPainter, QPlatformSurfaceEvent
 from PySide6.QtWidgets import QWidget
 from tvtk.api import tvtk
 from tvtk.pyface.api import Scene
 from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from annotator.looks.redrawing import Redrawing
 
 # What Mayavi's scene is made of. Each is compiled when it is first asked for: better now, in the thread that
 # imports this module, than when the scene is built and the window stands still.
@@ -57,9 +59,7 @@ class Canvas(QObject):
         self._draw = draw
         self._open = True
         self._is_asked = self._is_due = False
-        self._turn_end = QTimer(self, singleShot=True)
-        # Queued: a timer without delay ends a turn, and what it queues begins the next one.
-        self._turn_end.timeout.connect(self._on_turn_end_timeout, Qt.ConnectionType.QueuedConnection)
+        self._turn = Redrawing(self._ask_in_turn, self)
         self.scene = Scene(parent)
         self._engine = Engine()
         self._engine.start()
@@ -117,7 +117,7 @@ class Canvas(QObject):
             self.widget.update()
         elif not self._is_due:
             self._is_asked = True
-            self._turn_end.start()
+            self._turn.ask_apart()
 
     def fit(self, width_px: float, height_px: float, ratio: float) -> None:
         """Draw in this size from now on, given in Qt's pixels."""
@@ -145,8 +145,7 @@ class Canvas(QObject):
         self._open = False
         _let_go(self.scene, self._engine)
 
-    @Slot()
-    def _on_turn_end_timeout(self) -> None:
+    def _ask_in_turn(self) -> None:
         self._is_asked = False
         # Who hides it forgets what is due: shown again, it is painted anyway.
         self._is_due = self._open and self.widget.isVisible()
