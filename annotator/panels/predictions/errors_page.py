@@ -46,6 +46,7 @@ class ErrorsPage(QWidget):
         self._drawn: object = None
         self._sizing = Redrawing(self._size_columns, self)
         self._is_selecting = False
+        self._height_px = 0
         self._model = ErrorsModel(self)
         self._summary = SummaryModel(self._model, self)
         self._rest = QTimer(self)
@@ -120,6 +121,7 @@ class ErrorsPage(QWidget):
         shown.clicked.connect(self._open_current)
         shown.activated.connect(self._open_current)
         shown.selectionModel().currentRowChanged.connect(self._on_list_current_row_changed)
+        shown.verticalScrollBar().rangeChanged.connect(self._on_list_range_changed)
         return shown
 
     def _make_figures(self) -> QTreeView:
@@ -179,6 +181,7 @@ class ErrorsPage(QWidget):
         self._list.setCurrentIndex(self._model.index(row, 0))
         self._is_selecting = False
         self._list.scrollTo(self._model.index(row, 0))
+        self._height_px = self._list.viewport().height()
 
     @Slot()
     def _open_current(self) -> None:
@@ -191,6 +194,15 @@ class ErrorsPage(QWidget):
     def _on_list_current_row_changed(self, current: QModelIndex, _before: QModelIndex) -> None:
         if current.isValid() and not self._is_selecting:
             self._rest.start()
+
+    @Slot(int, int)
+    def _on_list_range_changed(self, _first: int, _last: int) -> None:
+        """Keep the volume that was in sight there in a list that has become lower."""
+        before_px, self._height_px = self._height_px, self._list.viewport().height()
+        current = self._list.currentIndex()
+        row = self._list.visualRect(current)
+        if row.isValid() and row.top() < before_px and row.bottom() >= self._height_px:
+            self._list.scrollTo(current)
 
     @Slot(int)
     def _on_kind_current_index_changed(self, _: int) -> None:
