@@ -79,17 +79,20 @@ class PosePanel(QWidget):
         layout.addWidget(self._scroll)
 
         self._redrawing = Redrawing(self._draw, self)
-        self._arrival = Redrawing(self._draw_all, self)
+        self._arrival = Redrawing(self._draw_arrival, self)
+        self._inputs = Redrawing(self._draw_inputs, self)
         self._wanted: QWidget = self._controls
         self._bringing = Redrawing(self._bring_in_sight, self)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
-        self._draw_all()
+        self._draw()
+        self._draw_inputs()
 
     def copy_to_clipboard(self) -> None:
         """Copy everything as a tab-separated table."""
         self._arrival.draw_now()
+        self._inputs.draw_now()
         self._redrawing.draw_now()
         if self._readout is not None:
             QGuiApplication.clipboard().setText(self._readout.table())
@@ -124,6 +127,7 @@ class PosePanel(QWidget):
 
     def _bring_in_sight_soon(self, content: QWidget) -> None:
         """Scroll to a section once it, and what stands above it, has been drawn and laid out."""
+        self._inputs.draw_now()
         self._redrawing.draw_now()
         self._wanted = content
         self._bringing.ask()
@@ -138,12 +142,14 @@ class PosePanel(QWidget):
     def _draw_soon(self) -> None:
         """Draw what a hand is on at once, and what is only read once the scene has been drawn."""
         if not self._arrival.is_owed:
+            self._inputs.drop()
             self._draw_inputs()
             self._redrawing.ask()
 
-    def _draw_all(self) -> None:
+    def _draw_arrival(self) -> None:
         self._draw()
-        self._draw_inputs()
+        # Both are made at the first volume, and together would keep the window from answering.
+        self._inputs.ask_apart()
 
     def _draw_inputs(self) -> None:
         if self._session.shown_document is not None and self._session.tool is not None:
