@@ -124,12 +124,14 @@ class DocumentLock:
     ----------
     path : Path
         The annotation file, which need not exist yet.
+    made : tuple of Path
+        Folders, the innermost first, that were made for the lock.
     """
 
     def __init__(self, path: Path, content: _LockFile, made: tuple[Path, ...] = ()) -> None:
         self.path = path
         self._content = content
-        self._made = made
+        self.made = made
 
     @classmethod
     def acquire(cls, path: Path, person: str) -> Self:
@@ -218,6 +220,15 @@ class DocumentLock:
         """
         _HELD.discard(self._content.token)
 
+    def tidy_after(self, before: "DocumentLock") -> None:
+        """Remove, when this lock is released, also what was made for one that was taken before it.
+
+        That one cannot, as long as this one's file is in its folder.
+        """
+        folder = lock_path(self.path).parent
+        made = {*self.made, *before.made}
+        self.made = tuple(each for each in (folder, *folder.parents) if each in made)
+
     def release(self) -> None:
         """Give the lock up; nothing happens if it is no longer this one. SaveError if that fails.
 
@@ -226,7 +237,7 @@ class DocumentLock:
         # Also where it stays all the same.
         self.disown()
         self._require_folder()
-        with writing_beside(self.path, tidied=self._made):
+        with writing_beside(self.path, tidied=self.made):
             if not self.is_held():
                 return
             try:

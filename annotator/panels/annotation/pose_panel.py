@@ -134,6 +134,7 @@ class PosePanel(QWidget):
 
     def _bring_in_sight(self) -> None:
         """Scroll to a section, and to its title rather than its end."""
+        self._inputs.draw_now()
         section = next(section for section in self._sections if section.isAncestorOf(self._wanted))
         self._scroll.ensureWidgetVisible(section, 0, 0)
         bar = self._scroll.verticalScrollBar()

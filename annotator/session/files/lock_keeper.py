@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal, Slot
 
 from annotations.documents.locks import RENEWAL_S, DocumentLock, DocumentLocked, LockHolder, holder_of
 from annotations.durable_files import SaveError
@@ -44,7 +44,7 @@ class LockKeeper(QObject):
         self._spare = SpareLocks()
         self._spare_timer = QTimer(self, interval=_KEPT_MS, singleShot=True)
         self._spare_timer.timeout.connect(self._on_spare_timer_timeout)
-        self._claimed.connect(self._spare_timer.start, Qt.ConnectionType.QueuedConnection)
+        self._claimed.connect(self._give_up_soon, Qt.ConnectionType.QueuedConnection)
 
     @property
     def is_holding(self) -> bool:
@@ -70,11 +70,14 @@ class LockKeeper(QObject):
         """
         if self._lock is not None and self._lock.path == path:
             return
+        before = self._lock
         self._put_aside()
         asked = self._spare.take(path, person)
-        (claim,) = asked or (_claimed(path, person),)
+        (claim,) = asked or (self._acquired(path, person),)
         if isinstance(claim, DocumentLocked | FolderReadOnly):
             raise claim
+        if claim is not None and before is not None:
+            claim.tidy_after(before)
         self._keep(claim, person)
 
     def take_over(self, path: Path, person: str, holder: LockHolder) -> None:
@@ -92,7 +95,7 @@ class LockKeeper(QObject):
         if self._lock is not None and self._lock.path == path:
             yield
             return
-        fresh = _acquired(path, person)
+        fresh = self._acquired(path, person)
         try:
             yield
         except BaseException:
@@ -152,6 +155,22 @@ class LockKeeper(QObject):
         if lock is not None:
             self._timer.stop()
             self._spare.leave(lock)
+            self._give_up_soon()
+
+    def _acquired(self, path: Path, person: str) -> DocumentLock | None:
+        try:
+            return _acquired(path, person)
+        except DocumentLocked as error:
+            if not error.holder.is_own:
+                raise
+            # Claimed here under another name, or by another path.
+            self._spare.give_up()
+            return _acquired(path, person)
+
+    @Slot()
+    def _give_up_soon(self) -> None:
+        # Not later for whoever goes from volume to volume without a rest: others wait for those left behind.
+        if not self._spare_timer.isActive():
             self._spare_timer.start()
 
     def _keep(self, lock: DocumentLock | None, person: str) -> None:
@@ -167,7 +186,7 @@ class LockKeeper(QObject):
         try:
             # Nobody's: it was deleted by hand, or whoever took it over has closed the document again. Saving
             # will notice if the file has been changed.
-            self._keep(_acquired(lock.path, self._person), self._person)
+            self._keep(self._acquired(lock.path, self._person), self._person)
         except DocumentLocked as error:
             self.lost.emit(error)
         except FolderReadOnly as error:

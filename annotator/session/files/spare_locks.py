@@ -1,5 +1,6 @@
 """Locks that no open document has: of the one to come, taken ahead, and of the one before, to be given up."""
 
+import contextlib
 import logging
 import threading
 from pathlib import Path
@@ -44,7 +45,13 @@ class SpareLocks:
         """Keep what came of a person's asking for a document's lock, until it is taken or given up."""
         with self._mutex:
             if not self._is_closed:
-                self._claims[path, person] = claim
+                # Of two who asked at once, the one that has it.
+                kept, other = self._claims.get((path, person)), claim
+                if not isinstance(kept, DocumentLock):
+                    self._claims[path, person], other = claim, kept
+                if isinstance(other, DocumentLock):
+                    other.disown()
+                    self._left.append(other)
                 return
         give_up(claim)
 
@@ -69,8 +76,10 @@ class SpareLocks:
             for claim in spare:
                 if isinstance(claim, DocumentLock):
                     claim.disown()
-        for claim in spare:
-            give_up(claim)
+        with contextlib.ExitStack() as each:
+            # One after the other, whatever happens to any of them.
+            for claim in spare:
+                each.callback(give_up, claim)
 
     def close(self) -> None:
         """Give all up, and whatever comes yet."""

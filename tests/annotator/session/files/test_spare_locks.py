@@ -134,6 +134,50 @@ def test_a_refusal_is_told_by_whoever_holds(
     assert keeper.is_holding
 
 
+def test_folders_that_were_made_for_looking_alone_are_gone_in_the_end(
+    qtbot: QtBot, keeper: LockKeeper, tmp_path: Path
+) -> None:
+    folder = tmp_path / "annotations" / "anna"
+    paths = [folder / f"v{number}.keypoints.json" for number in range(3)]
+    keeper.hold(paths[0], "anna")
+    for path in paths[1:]:
+        keeper.claim(path, "anna")
+        keeper.hold(path, "anna")
+        qtbot.waitUntil(lambda: not keeper._spare_timer.isActive())
+    other = tmp_path / "annotations" / "ben" / "v1.keypoints.json"
+    keeper.claim(other, "anna")
+    keeper.hold(other, "anna")
+    qtbot.waitUntil(lambda: not folder.exists())
+    keeper.release()
+    assert not (tmp_path / "annotations").exists()
+
+
+def test_of_two_who_asked_at_once_the_lock_is_kept_and_no_other_is_left(
+    qtbot: QtBot, keeper: LockKeeper, tmp_path: Path
+) -> None:
+    path = tmp_path / "v.keypoints.json"
+    keeper.claim(path, "anna")
+    holder = holder_of(path)
+    assert holder is not None
+    keeper._spare.put(path, "anna", locks.DocumentLocked(path, holder))
+    keeper.hold(path, "anna")
+    assert keeper.is_holding
+    keeper.release()
+    assert holder_of(path) is None
+
+
+def test_what_was_claimed_under_another_name_stands_in_nobodys_way(
+    qtbot: QtBot, keeper: LockKeeper, tmp_path: Path
+) -> None:
+    path = tmp_path / "v.keypoints.json"
+    keeper.claim(path, "anna")
+    keeper.hold(path, "ben")
+    assert keeper.is_holding
+    holder = holder_of(path)
+    assert holder is not None
+    assert holder.person == "ben"
+
+
 def test_closing_gives_all_up_at_once(qtbot: QtBot, tmp_path: Path) -> None:
     keeper = LockKeeper()
     before, present, to_come = (tmp_path / f"{name}.keypoints.json" for name in "abc")
