@@ -20,6 +20,7 @@ from annotator.dialogs.exports.unjudged_dialog import UnjudgedDialog
 from annotator.session import Session
 from tests.annotations.prediction.tiny_networks import DESCRIPTION, redescribed, rewritten, save_tiny
 from tests.annotator.predicted_study import IDS, NAME
+from tests.annotator.redrawn import redrawn
 
 LONG_MS = 20_000
 
@@ -195,7 +196,8 @@ class TestPredicting:
 
     def test_the_selected_volumes_are_predicted(self, qtbot, network, reviewer, empty_session, folder):
         use_shipped(reviewer)
-        items = reviewer.window.findChild(QTreeView, "worklist_list")
+        # The open volume is selected in its turn.
+        items = redrawn(reviewer.window).findChild(QTreeView, "worklist_list")
         rows = QItemSelectionModel.SelectionFlag.Select | QItemSelectionModel.SelectionFlag.Rows
         items.selectionModel().select(items.model().index(2, 0), rows)
         reviewer.action("predict_selection").trigger()
