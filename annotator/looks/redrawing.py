@@ -35,15 +35,20 @@ class Redrawing(QObject):
             self.is_owed, self._is_apart = True, False
             self._next_turn.wait()
 
-    def ask_apart(self) -> None:
+    def ask_apart(self, *, first: bool = False) -> None:
         """Draw after that, and after others that ask so: each has a turn of the event loop for itself.
 
         For what comes with another volume, where together they would keep the window from answering. What is
         asked for in the usual way meanwhile does not wait for them.
+
+        Parameters
+        ----------
+        first : bool
+            Before the others that wait already.
         """
         if not self.is_owed:
             self.is_owed = self._is_apart = True
-            _turns().add(self)
+            _turns().add(self, first=first)
 
     @Slot()
     def draw_now(self) -> None:
@@ -78,6 +83,32 @@ class PaintingApart(QObject):
         self._widget.setUpdatesEnabled(True)
 
 
+class HeldPainting(QObject):
+    """Keeps a window from being painted in a turn of the event loop, and has it painted in one of its own.
+
+    For a change that nearly everything in the window reacts to: Qt would paint before it looks for input.
+    """
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self._window = window
+        self._redrawing = Redrawing(self._paint, self)
+
+    def ask(self) -> None:
+        """Hold back what is asked to be painted from now on until the next turn."""
+        if self._window.isVisible() and not self._redrawing.is_owed:
+            self._window.installEventFilter(self)
+            self._redrawing.ask_apart(first=True)
+
+    def eventFilter(self, _window: QObject, event: QEvent) -> bool:
+        return event.type() == QEvent.Type.UpdateRequest
+
+    def _paint(self) -> None:
+        self._window.removeEventFilter(self)
+        # All in one go: each painting of its own would be sent to the screen for itself.
+        QCoreApplication.sendEvent(self._window, QEvent(QEvent.Type.UpdateRequest))
+
+
 class _NextTurn(QObject):
     """Calls back at the beginning of the turn of the event loop that follows the next painting."""
 
@@ -107,8 +138,11 @@ class _Turns(QObject):
         self._is_waiting = False
         self._next_turn = _NextTurn(self._draw_next, self)
 
-    def add(self, redrawing: Redrawing) -> None:
-        self._waiting.append(redrawing)
+    def add(self, redrawing: Redrawing, *, first: bool) -> None:
+        if first:
+            self._waiting.appendleft(redrawing)
+        else:
+            self._waiting.append(redrawing)
         if not self._is_waiting:
             self._is_waiting = True
             self._next_turn.wait()

@@ -4,6 +4,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 from annotations.errors import UserError
 from annotations.volumes import SliceImage
+from annotator.looks.redrawing import Redrawing
 from annotator.session import Session
 from annotator.slices.slice_readers import SliceReaders, SliceSource
 
@@ -49,6 +50,7 @@ class SliceFetcher(QObject):
         self._failed.connect(self._on_readers_failed, Qt.ConnectionType.QueuedConnection)
         readers = SliceReaders(self._read.emit, self._failed.emit)
         self._readers = readers
+        self._beginning = Redrawing(readers.begin, self)
         # Without self in it: the threads must end with the object, however that comes about.
         self.destroyed.connect(readers.stop)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -85,6 +87,8 @@ class SliceFetcher(QObject):
         if volume is not None and spacing_um is not None:
             self._source = SliceSource(volume, spacing_um, self._cache_bytes)
         self._readers.use(self._source)
+        # The first pictures have all processors for themselves, and then the threads that read.
+        self._beginning.ask_apart()
 
     def _on_readers_read(self, source: SliceSource, image: SliceImage) -> None:
         if source is self._source:

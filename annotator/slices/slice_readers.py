@@ -112,6 +112,7 @@ class SliceReaders:
         self._stopped = False
         self._source: SliceSource | None = None
         self._wishes: dict[int, Wish] = {}
+        self._has_begun = False
         self._done_with: list[SliceSource] = []
         self._being_read: set[int] = set()
         # One lock, and a condition for each thing to wait for: who is woken for nothing takes Python's lock
@@ -127,18 +128,26 @@ class SliceReaders:
             thread.start()
 
     def use(self, source: SliceSource | None) -> None:
-        """Read from another volume, or from none, from now on; wishes for the old one are forgotten.
+        """Take wishes for another volume, or for none, from now on; those for the old one are forgotten.
 
-        Its slices are given back by a thread that has no wish for a while: for a hundred megabytes it takes
-        as long as the first picture of the other volume.
+        None is fulfilled before `begin`. Slices of the old one are given back by a thread that has no wish
+        for a while: for a hundred megabytes it takes as long as the first picture of the other volume.
         """
         with self._lock:
             if self._source is not None:
                 self._done_with.append(self._source)
                 self._wished[0].notify()
             self._source = source
+            self._has_begun = False
             self._wishes.clear()
             self._calmed.notify_all()
+
+    def begin(self) -> None:
+        """Fulfil the wishes for the volume in use: by now nobody needs the processor more."""
+        with self._lock:
+            self._has_begun = True
+            for axis in self._wishes:
+                self._wished[axis].notify()
 
     def wish(self, axis: int, index: int, step: int) -> None:
         """Read a slice next; an earlier wish for the same axis is forgotten.
@@ -179,12 +188,12 @@ class SliceReaders:
         """Wait for a wish and fulfil it; False when stopped. Holds on to no volume in between."""
         with self._lock:
             wished = self._wished[axis]
-            wished.wait_for(lambda: self._stopped or axis in self._wishes or self._done_with)
-            if axis not in self._wishes:
-                wished.wait_for(lambda: self._stopped or axis in self._wishes, PAUSE_AFTER_JUMP_S)
+            wished.wait_for(lambda: self._stopped or self._due(axis) or self._done_with)
+            if self._due(axis) is None:
+                wished.wait_for(lambda: self._stopped or self._due(axis), PAUSE_AFTER_JUMP_S)
             if self._stopped:
                 return False
-            wish = self._wishes.get(axis)
+            wish = self._due(axis)
             done_with: list[SliceSource] = []
             if wish is None:
                 done_with, self._done_with = self._done_with, []
@@ -205,6 +214,10 @@ class SliceReaders:
         self._settle(wish, self._on_arrived, image)
         self._foresee(wish)
         return True
+
+    def _due(self, axis: int) -> Wish | None:
+        """Return the wish to be fulfilled now."""
+        return self._wishes.get(axis) if self._has_begun else None
 
     def _read(self, wish: Wish) -> SliceImage | None:
         """Return the slice of a wish; None if a newer wish made it pointless meanwhile."""

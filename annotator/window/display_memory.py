@@ -55,12 +55,6 @@ class DisplayMemory(QObject):
         else:
             self._settings.remember_display_window(volume.dtype.name, view.window)
 
-    @property
-    def is_owed(self) -> bool:
-        """Whether the open volume is to be drawn otherwise than the view says before it is restored."""
-        view = self._session.view
-        return any(getattr(view, name) != value for name, value in self._kept_looks().items())
-
     def _restore(self) -> None:
         if looks := self._kept_looks():
             self._session.look(**looks)

@@ -4,7 +4,7 @@ import importlib
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QToolBar, QVBoxLayout, QWidget
 
@@ -13,6 +13,7 @@ from annotations.fitting.pose_fit import prepare_fitting
 from annotator.actions.action_set import ActionSet
 from annotator.actions.state import state_of
 from annotator.looks.icons import application_icon
+from annotator.looks.redrawing import HeldPainting
 from annotator.panels.jobs_panel import JobsPanel
 from annotator.scene.libraries import load_libraries
 from annotator.scene.scene_view import SceneView
@@ -97,7 +98,7 @@ class MainWindow(QMainWindow):
         link_zoom(self.slices)
         self.four_up = FourUp(session, self.scene, self.slices)
         # Before the panels are there to hear of a volume.
-        session.volume_changed.connect(self._draw_first_slices)
+        session.volume_changed.connect(self._hold_painting)
         # One or the other is hidden: a stack would raise them over each other, which the scene's window,
         # one of the system's own, does not take well.
         centre = QWidget()
@@ -116,6 +117,7 @@ class MainWindow(QMainWindow):
         self._actions_timer.timeout.connect(self._draw_actions)
         self._centre_timer = QTimer(self, singleShot=True)
         self._centre_timer.timeout.connect(self._draw_centre)
+        self._held_painting = HeldPainting(self)
         self._display_memory = DisplayMemory(session, settings, self)
         self._guard = TypingGuard(self.four_up)
         self._files = FileHandlers(session, settings, self.questions, self)
@@ -306,12 +308,10 @@ class MainWindow(QMainWindow):
         first = self.slices[self.four_up.used_axis] if is_open else self._start_page
         first.setFocus()
 
-    def _draw_first_slices(self) -> None:
-        """Draw the slices of another volume at once: the panels take ten times as long as an image."""
-        if self.session.volume is not None and not self._display_memory.is_owed:
-            self._draw_centre()
-            # All in one go: each painting of its own would be sent to the screen for itself.
-            QCoreApplication.sendEvent(self, QEvent(QEvent.Type.UpdateRequest))
+    def _hold_painting(self) -> None:
+        """Let all hear of another volume in one turn of the event loop, and paint its slices in the next."""
+        if self.session.volume is not None:
+            self._held_painting.ask()
 
     def _draw_title(self) -> None:
         label, title = self.session.volume_label, self.session.title
@@ -377,11 +377,8 @@ class MainWindow(QMainWindow):
     def _on_session_volume_changed(self) -> None:
         self._draw_actions()
         self._draw_title()
-        if self.session.volume is not None:
-            self._draw_centre()
-        else:
-            # The opening of the next one has begun by then, if there is to be one.
-            self._centre_timer.start()
+        # Not at once. The opening of the next one has begun by then, if there is to be one.
+        self._centre_timer.start()
 
     def _on_session_worklist_changed(self) -> None:
         self._draw_actions()

@@ -6,7 +6,7 @@ from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from annotator.looks.redrawing import PaintingApart, Redrawing, owes_drawing
+from annotator.looks.redrawing import HeldPainting, PaintingApart, Redrawing, owes_drawing
 
 
 class Looked(QWidget):
@@ -120,6 +120,43 @@ def test_what_is_asked_for_as_usual_does_not_wait_for_its_turn(qtbot: QtBot) -> 
     assert drawn.count("hurried") == 1
     assert drawn.index("hurried") < 5
     assert len(drawn) == 21
+
+
+def test_what_goes_first_overtakes_what_waits(qtbot: QtBot) -> None:
+    drawn: list[str] = []
+    parent = QObject()
+    for name in ("one", "other"):
+        Redrawing(lambda name=name: drawn.append(name), parent).ask_apart()  # type: ignore[misc]
+    Redrawing(lambda: drawn.append("first"), parent).ask_apart(first=True)
+    qtbot.waitUntil(lambda: not owes_drawing(parent))
+    assert drawn == ["first", "one", "other"]
+
+
+def test_a_held_painting_has_a_turn_of_its_own_before_others(
+    qtbot: QtBot, looked: Looked, log: list[str]
+) -> None:
+    painting = HeldPainting(looked)
+    other = QObject()
+    Redrawing(lambda: log.append("other"), other).ask_apart()
+    for _ in range(3):
+        painting.ask()
+        looked.update()
+    QApplication.processEvents()
+    assert log == []
+    qtbot.waitUntil(lambda: "other" in log)
+    assert log == ["painted", "other"]
+
+    looked.update()
+    qtbot.waitUntil(lambda: log == ["painted", "other", "painted"])
+
+
+def test_a_hidden_window_is_painted_as_soon_as_it_is_seen(
+    qtbot: QtBot, looked: Looked, log: list[str]
+) -> None:
+    looked.hide()
+    HeldPainting(looked).ask()
+    looked.show()
+    qtbot.waitUntil(lambda: bool(log))
 
 
 def test_what_is_gone_by_its_turn_is_passed_over(qtbot: QtBot) -> None:

@@ -6,9 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
 from annotations.volumes import SliceImage, Volume, VolumeError
+from annotator.looks.redrawing import Redrawing
 from annotator.session import Session
 from annotator.slices import slice_readers, slice_reading
 from annotator.slices.fetching import SliceFetcher
@@ -76,11 +78,27 @@ def test_asking_never_waits_and_the_slice_arrives_later(
     assert slow.fetch(0, 7) is image
 
 
+def test_of_another_volume_nothing_is_read_before_its_first_picture(
+    qtbot: QtBot, session: Session, disk: Disk
+) -> None:
+    fetcher = SliceFetcher(session)
+    # What is drawn first of another volume.
+    owner = QObject()
+    Redrawing(lambda: was_read.append(bool(disk.regions)), owner).ask_apart(first=True)
+    was_read: list[bool] = []
+    fetcher.fetch(0, 7)
+    disk.gate.set()
+    with qtbot.waitSignal(fetcher.slice_arrived):
+        assert not disk.arrived.wait(0.05), "the threads wait, not only this one"
+    assert was_read == [False]
+    fetcher.close()
+
+
 def test_only_the_newest_wish_of_an_axis_is_fulfilled(qtbot: QtBot, disk: Disk, slow: SliceFetcher) -> None:
     arrived: list[int] = []
     slow.slice_arrived.connect(lambda image: arrived.append(image.index))
     slow.fetch(0, 30)
-    assert disk.arrived.wait(10)
+    qtbot.waitUntil(disk.arrived.is_set)
     # While the first is being read, the hand goes on.
     for index in (5, 17, 3):
         slow.fetch(0, index)
@@ -104,7 +122,7 @@ def test_a_slow_axis_holds_up_no_other(qtbot: QtBot, session: Session, disk: Dis
     disk.read = read  # type: ignore[method-assign]
     fetcher = SliceFetcher(session)
     fetcher.fetch(2, 10)
-    assert disk.arrived.wait(10)
+    qtbot.waitUntil(disk.arrived.is_set)
 
     with qtbot.waitSignal(fetcher.slice_arrived, check_params_cb=lambda image: image.axis == 0):
         fetcher.fetch(0, 12)
@@ -234,7 +252,7 @@ def test_nothing_of_the_old_volume_arrives_after_another_is_open(
     slow.slice_arrived.connect(arrived.append)
     session.error_raised.connect(told.append)
     slow.fetch(0, 3)
-    assert disk.arrived.wait(10)
+    qtbot.waitUntil(disk.arrived.is_set)
 
     assert session.close_volume()
     disk.gate.set()
@@ -258,12 +276,12 @@ def test_closing_ends_the_threads(session: Session) -> None:
 
 
 def test_closing_does_not_wait_for_a_disk_that_hangs(
-    session: Session, disk: Disk, monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot, session: Session, disk: Disk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("annotator.slices.fetching.CLOSING_PATIENCE_S", 0.01)
     fetcher = SliceFetcher(session)
     fetcher.fetch(0, 3)
-    assert disk.arrived.wait(10)
+    qtbot.waitUntil(disk.arrived.is_set)
 
     # Comes back although the gate is shut; what is read later goes nowhere.
     fetcher.close()

@@ -69,7 +69,9 @@ def test_background_work_is_cancelled(qtbot, window, session):
             stopped.wait(0.01)
         stopped.set()
 
-    assert not window.actions_by_name["cancel_jobs"].isEnabled()
+    # Of the volume that has just been opened.
+    qtbot.waitUntil(lambda: not session.jobs.running)
+    qtbot.waitUntil(lambda: not window.actions_by_name["cancel_jobs"].isEnabled())
     session.jobs.start("Waiting", work, done=lambda _: None, failed=lambda _: None)
     qtbot.waitUntil(window.actions_by_name["cancel_jobs"].isEnabled)
     assert begun.wait(10)

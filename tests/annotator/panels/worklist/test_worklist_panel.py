@@ -507,8 +507,10 @@ def test_a_row_that_a_person_goes_to_meanwhile_stays_the_current_one(
     panel = items.window()
     redrawn(panel)
     assert items.currentIndex().row() == three.current_index == 0
-    three.next_volume()
-    qtbot.waitUntil(lambda: three.current_index == 1 and owes_drawing(panel))
+    with qtbot.waitSignal(three.worklist_changed):
+        three.next_volume()
+    assert three.current_index == 1
+    assert owes_drawing(panel)
     qtbot.keyClick(items, Qt.Key.Key_End)
     redrawn(panel)
     assert items.currentIndex().row() == 2
