@@ -58,7 +58,7 @@ def averaged_level(
     """
     spacing = validate_spacing_um(spacing_um)
     factors = preview_factors(volume.shape, spacing, budget_voxels)
-    data = np.empty(merged_shape(volume.shape, factors), displayed_dtype(volume.dtype))
+    data = np.empty(merged_shape(volume.shape, factors), displayed_dtype(volume.dtype), order="F")
     progress(0.0)
     done = 0
     tiles = list(_tiles(volume, factors))

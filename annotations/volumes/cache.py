@@ -18,7 +18,7 @@ from annotations.volumes.volume import Volume, VolumeError
 
 _log = logging.getLogger(__name__)
 
-_SCHEMA = "oct-level/1"
+_SCHEMA = "oct-level/2"
 _SUFFIX = ".level.h5"
 _UNFINISHED = ".level.part"
 _UNFINISHED_SECONDS = 3600.0
@@ -134,8 +134,10 @@ def _write(path: Path, level: Level) -> None:
 
     with h5py.File(path, "w", locking=False) as file:
         # In chunks for the sake of the checksum, which HDF5 has for chunks only.
-        planes = max(1, min(level.data.shape[0], (4 << 20) // max(1, level.data[0].nbytes)))
-        file.create_dataset("data", data=level.data, chunks=(planes, *level.data.shape[1:]), fletcher32=True)
+        # Turned round, as it lies in memory.
+        turned = level.data.transpose()
+        planes = max(1, min(turned.shape[0], (4 << 20) // max(1, turned[0].nbytes)))
+        file.create_dataset("data", data=turned, chunks=(planes, *turned.shape[1:]), fletcher32=True)
         file.attrs["schema"] = _SCHEMA
         file.attrs["kind"] = level.kind
         file.attrs["spacing_um"] = level.spacing_um
@@ -153,7 +155,7 @@ def _read(path: Path) -> Level:
         if data.ndim != 3:
             raise ValueError(f"a level of shape {data.shape}")
         return Level(
-            data=np.ascontiguousarray(data[...]),
+            data=np.ascontiguousarray(data[...]).transpose(),
             spacing_um=validate_spacing_um(file.attrs["spacing_um"]),
             origin_um=_three(file.attrs["origin_um"], float),
             kind="averaged",

@@ -67,7 +67,7 @@ def level_slice(
     if level.kind == "detail" and not 0 <= nearest < count:
         raise IndexError(f"plane {index} along axis {axis} does not cross this detail")
     # The outermost planes of a volume can lie half a coarse voxel beyond the level's outermost centres.
-    plane = np.take(level.data, min(max(nearest, 0), count - 1), axis=axis)
+    plane = np.moveaxis(level.data, axis, 0)[min(max(nearest, 0), count - 1)]
     across, down = (other for other in range(3) if other != axis)
     return SliceImage(
         data=np.ascontiguousarray(plane),

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import vtk
-from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import numpy_to_vtk
 
 from annotations.geometry.frames import Vector
@@ -71,7 +70,6 @@ class VolumeLayer:
         self.actor.SetMapper(self._mapper)
         self.actor.SetProperty(appearance)
         self._look: VolumeLook | None = None
-        self._stored = StoredIntensity(0.0, 1.0)
 
     def show(self, look: VolumeLook) -> None:
         """Make the actor look so; does nothing where it does already."""
@@ -89,13 +87,12 @@ class VolumeLayer:
             self._color(look)
 
     def _load(self, level: Level) -> None:
-        values, self._stored = stored_intensities(level.data)
         image = vtk.vtkImageData()
         image.SetDimensions(level.data.shape)
         image.SetSpacing(level.spacing_um)
         image.SetOrigin(level.origin_um)
-        # VTK's x runs fastest; the level's last axis does. The array is copied once, and VTK uses the copy.
-        image.GetPointData().SetScalars(numpy_to_vtk(values.ravel(order="F")))
+        # VTK's x runs fastest, as a level's first axis does: nothing is copied.
+        image.GetPointData().SetScalars(numpy_to_vtk(level.stored.values.ravel(order="F")))
         self._mapper.SetInputData(image)
         # World units: VTK's default of 1 would be 1 µm.
         step_um = float(np.mean(level.spacing_um))
@@ -103,9 +100,10 @@ class VolumeLayer:
         self._appearance.SetScalarOpacityUnitDistance(step_um)
 
     def _color(self, look: VolumeLook) -> None:
-        low, high = (self._stored.of(intensity) for intensity in look.window)
+        stored = look.level.stored
+        low, high = (stored.of(intensity) for intensity in look.window)
         high = max(high, low + 1e-6)
-        threshold = self._stored.of(look.opacity_threshold)
+        threshold = stored.of(look.opacity_threshold)
         table = COLORMAPS[look.colormap][np.linspace(0, 255, _COLORS).astype(int), :3] / 255
         self._colors.RemoveAllPoints()
         for intensity, color in zip(np.linspace(low, high, _COLORS), table, strict=True):
@@ -132,47 +130,3 @@ def next_moving_ray_px(ray_px: float, took_s: float) -> float:
     """
     wanted_px = ray_px * math.sqrt(took_s / _MOVING_FRAME_S)
     return float(np.clip(round(2 * wanted_px) / 2, MOVING_RAY_PX, _FARTHEST_RAY_PX))
-
-
-@dataclass(frozen=True)
-class StoredIntensity:
-    """How intensities are kept for drawing: shifted, then scaled.
-
-    Attributes
-    ----------
-    lowest : float
-        Intensity that is kept as 0.
-    per_unit : float
-        What one unit of intensity becomes.
-    """
-
-    lowest: float
-    per_unit: float
-
-    def of(self, intensity: float) -> float:
-        """Return what is kept of an intensity."""
-        return float(np.clip((intensity - self.lowest) * self.per_unit, -1e9, 1e9))
-
-
-def stored_intensities(data: NDArray) -> tuple[NDArray, StoredIntensity]:
-    """Return values that both of VTK's mappers take, and how they come about.
-
-    Unsigned integers of 8 and 16 bits stay as they are. All else is scaled to 16 bits: the mappers' tables
-    are no finer, and an intensity that is not finite would make them read beyond their ends. NaN is kept as
-    the lowest intensity.
-    """
-    if data.dtype in (np.uint8, np.uint16):
-        return data, StoredIntensity(0.0, 1.0)
-    finite = data[np.isfinite(data)]
-    if finite.size == 0:
-        return np.zeros(data.shape, np.uint16), StoredIntensity(0.0, 1.0)
-    lowest, highest = float(finite.min()), float(finite.max())
-    # Halved, because the difference of two numbers of this type may be too large for it.
-    half_range = highest / 2 - lowest / 2
-    per_unit = 32767.5 / half_range if half_range > 0 else 1.0
-    stored = np.empty(data.shape, np.uint16)
-    # Plane by plane: the whole volume in double precision would take eight times its own memory.
-    for plane, kept in zip(data, stored, strict=True):
-        limited = np.nan_to_num(plane.astype(np.float64), nan=lowest, posinf=highest, neginf=lowest)
-        kept[:] = np.rint((limited - lowest) * per_unit)
-    return stored, StoredIntensity(lowest, per_unit)

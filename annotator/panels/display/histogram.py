@@ -49,7 +49,7 @@ EMPTY = IntensityHistogram(np.zeros(1, np.int64), 0.0, 255.0, True)
 
 def intensity_histogram(data: NDArray[Any]) -> IntensityHistogram:
     """Count the finite intensities of an array, every so many voxels of a large one."""
-    flat = data.reshape(-1)
+    flat = data.ravel(order="K")
     sample = flat[:: max(1, flat.size // _SAMPLES)]
     if sample.dtype == np.uint8:
         # Counting bytes, and then the 256 values into bins, takes a tenth of the time.

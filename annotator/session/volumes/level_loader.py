@@ -63,7 +63,7 @@ class LevelLoader(QObject):
                     cancelled=cancelled,
                 )
                 self._cache.store(volume, spacing_um, AVERAGED_BUDGET_VOXELS, level)
-            return level
+            return level.ready_to_draw()
 
         self._averaged_job = self._jobs.start(
             "Averaging the volume", work, done=self._on_job_averaged, failed=self.averaged_failed.emit
@@ -76,7 +76,9 @@ class LevelLoader(QObject):
         size_um[volume.depth_axis] = DETAIL_DEPTH_UM
         self._detail_job = self._jobs.start(
             "Reading the detail",
-            lambda _progress, _cancelled: detail_block(volume, spacing_um, centre_um, vector(size_um)),
+            lambda _progress, _cancelled: detail_block(
+                volume, spacing_um, centre_um, vector(size_um)
+            ).ready_to_draw(),
             done=self._on_job_detail_read,
             failed=self.detail_failed.emit,
             shown=False,

@@ -241,7 +241,7 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
         ships=ships(found.tool),
         repeat=found.item.repeat,
     )
-    level = strided_preview(found.volume, spacing_um)
+    level = strided_preview(found.volume, spacing_um).ready_to_draw()
     warnings = tuple(
         UserError(
             finding.problem,

@@ -62,7 +62,7 @@ def test_every_format_and_type_is_averaged_by_blocks(
         level = averaged(volume, budget)
     expected = slow_means(array, level.factors)
     assert level.kind == "averaged"
-    assert level.data.flags.c_contiguous
+    assert level.data.flags.f_contiguous
     if level.data.dtype.kind in "iu":
         expected = np.rint(expected)
     np.testing.assert_allclose(level.data, expected, rtol=1e-6)
@@ -86,7 +86,7 @@ def test_a_linear_ramp_is_itself_at_the_level_s_positions(tmp_path: Path, budget
     np.testing.assert_allclose(level.data[whole], expected[whole], atol=1e-3)
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_nan_does_not_count_and_infinities_do(tmp_path: Path) -> None:
     array = np.ones((4, 4, 4), np.float32)
     array[0, 0, 0] = np.nan

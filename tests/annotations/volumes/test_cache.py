@@ -43,6 +43,7 @@ def test_a_level_comes_back_as_it_was(cache: LevelCache, tmp_path: Path) -> None
     assert found is not None
     np.testing.assert_array_equal(found.data, level.data)
     assert found.data.dtype == level.data.dtype
+    assert found.data.flags.f_contiguous
     assert (found.spacing_um, found.origin_um, found.factors, found.kind) == (
         level.spacing_um,
         level.origin_um,

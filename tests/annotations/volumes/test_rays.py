@@ -162,7 +162,7 @@ def test_a_volume_of_one_plane_is_met() -> None:
     assert found == pytest.approx((0, 27 - 13.5 / 2, 18.8), abs=0.02)
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("dtype", ["u1", "i2", "f2", "f4", "f8"])
 def test_every_type_of_data_is_sampled(dtype: str) -> None:
     data = np.zeros((5, 5, 5), dtype)
@@ -172,7 +172,7 @@ def test_every_type_of_data_is_sampled(dtype: str) -> None:
     assert brightest_sample(data, (1, 1, 1), (0, 0, 0), ray) == (2, 2, 3)
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_nan_is_no_surface_and_infinity_is_one() -> None:
     data = np.zeros((3, 3, 9))
     data[1, 1, 2] = np.nan

@@ -91,7 +91,7 @@ def test_far_outside_the_volume_nothing_moves(tmp_path: Path, snap) -> None:
     assert snap(volume, SPACING_UM, (-5000.0, 90.0, 9e6), 50.0) == (-5000.0, 90.0, 9e6)
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("snap", [snap_to_maximum, snap_to_edge])
 @pytest.mark.parametrize("shape", [(1, 9, 9), (9, 1, 9), (1, 1, 9), (1, 1, 1)])
 def test_thin_volumes_and_strange_values_do_no_harm(

@@ -1,0 +1,38 @@
+"""Levels come ready to draw: what takes long is done in the threads that load them."""
+
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from annotations.volumes import levels, write_sidecar
+from annotations.volumes.stored_intensities import StoredIntensities, stored_intensities
+from annotations.volumes.volume import Array
+from annotator.session import Session
+from tests.annotator.conftest import SPACING_UM, open_and_wait
+
+
+def test_the_window_waits_for_no_level_to_be_turned_into_what_is_drawn(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    threads: list[threading.Thread] = []
+
+    def noted(data: Array) -> StoredIntensities:
+        threads.append(threading.current_thread())
+        return stored_intensities(data)
+
+    monkeypatch.setattr(levels, "stored_intensities", noted)
+    path = tmp_path / "v001.npy"
+    np.save(path, np.linspace(0, 1, 60 * 60 * 50, dtype=np.float32).reshape(60, 60, 50))
+    write_sidecar(path, SPACING_UM, 2)
+    open_and_wait(qtbot, empty_session, path)
+    empty_session.look(detail=True)
+    qtbot.waitUntil(lambda: empty_session.level is not None and empty_session.level.kind == "detail")
+
+    assert len(threads) == 3, "the preview, the averaged level and the detail"
+    assert empty_session.slice_level is not None
+    assert empty_session.slice_level.stored.values.dtype == np.uint16
+    assert len(threads) == 3
+    assert threading.main_thread() not in threads
