@@ -44,7 +44,7 @@ class Redrawing(QObject):
         Parameters
         ----------
         first : bool
-            Before the others that wait already.
+            Before all that wait and are not first; who asks for it first is drawn first.
         """
         if not self.is_owed:
             self.is_owed = self._is_apart = True
@@ -134,15 +134,13 @@ class _Turns(QObject):
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
+        self._first: deque[Redrawing] = deque()
         self._waiting: deque[Redrawing] = deque()
         self._is_waiting = False
         self._next_turn = _NextTurn(self._draw_next, self)
 
     def add(self, redrawing: Redrawing, *, first: bool) -> None:
-        if first:
-            self._waiting.appendleft(redrawing)
-        else:
-            self._waiting.append(redrawing)
+        (self._first if first else self._waiting).append(redrawing)
         if not self._is_waiting:
             self._is_waiting = True
             self._next_turn.wait()
@@ -150,10 +148,10 @@ class _Turns(QObject):
     @Slot()
     def _draw_next(self) -> None:
         is_due = False
-        while self._waiting and not is_due:
-            redrawing = self._waiting.popleft()
+        while (waiting := self._first or self._waiting) and not is_due:
+            redrawing = waiting.popleft()
             is_due = redrawing.is_owed and _is_there(redrawing)
-        self._is_waiting = bool(self._waiting)
+        self._is_waiting = bool(self._first or self._waiting)
         if self._is_waiting:
             # Before it draws: one that fails keeps none of the others back.
             self._next_turn.wait()

@@ -122,8 +122,8 @@ class PosePanel(QWidget):
 
     @Slot()
     def _on_session_volume_changed(self) -> None:
-        # The window has much to draw then, and this panel is the last that a person looks at.
-        self._arrival.ask()
+        # After the slices, and before all else: a hand on its fields would go on from what they show.
+        self._arrival.ask_apart(first=True)
 
     def _bring_in_sight_soon(self, content: QWidget) -> None:
         """Scroll to a section once it, and what stands above it, has been drawn and laid out."""
