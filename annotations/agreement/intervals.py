@@ -19,6 +19,8 @@ _STEPS = 2.0**40
 """Into how many the range of the values is divided: of up to 200 of them sums are exact."""
 _RESAMPLED_AT_ONCE = 500_000
 _ROUNDING = 1e-12
+_LEAST_RANGE = _STEPS * float(np.finfo(np.float64).tiny)
+"""Less cannot be divided into so many steps."""
 
 
 def estimate(values: NDArray[np.float64], *, resamples: int = RESAMPLES, seed: int = 0) -> Estimate:
@@ -76,12 +78,12 @@ def mean_ci95(
     Returns
     -------
     (float, float) or None
-        None for less than two values; twice the mean where all are equal. Never NaN.
+        None for less than two values; twice the mean where all are equal, as far as numbers tell. Never NaN.
     """
     if values.size < 2:
         return None
     mean = float(values.mean())
-    if float(np.ptp(values)) <= _ROUNDING * float(np.abs(values).max()):
+    if float(np.ptp(values)) <= max(_ROUNDING * float(np.abs(values).max()), _LEAST_RANGE):
         return mean, mean
     if values.size < _RESAMPLED_FROM:
         return _students(values)

@@ -115,7 +115,7 @@ def _met(session: Session) -> Iterator[When]:
         yield "training"
     if session.settling.is_settling:
         yield "settling"
-    if session.jobs.running:
+    if session.jobs.shown:
         yield "jobs"
     yield from _met_by_prediction(session)
     yield from _met_by_review(session)

@@ -48,22 +48,19 @@ class JobsPanel(QWidget):
             return
         if not self.isHidden():
             self._draw()
-        elif not self._shown():
+        elif not self._session.jobs.shown:
             self._wait.stop()
         elif not self._wait.isActive():
             self._wait.start()
 
     @Slot()
     def _on_cancel_clicked(self) -> None:
-        if shown := self._shown():
+        if shown := self._session.jobs.shown:
             self._session.jobs.cancel(shown[0])
             self._draw()
 
-    def _shown(self) -> tuple[Job, ...]:
-        return tuple(job for job in self._session.jobs.running if job.shown)
-
     def _draw(self) -> None:
-        shown = self._shown()
+        shown = self._session.jobs.shown
         self.setVisible(bool(shown))
         if not shown:
             return

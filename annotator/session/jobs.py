@@ -33,7 +33,7 @@ class Job:
         Between 0 and 1; None while it cannot be told.
     state : str
     shown : bool
-        Whether it is worth a progress bar.
+        Whether it is worth a progress bar, and a person may cancel it.
     """
 
     def __init__(self, title: str, shown: bool) -> None:
@@ -82,6 +82,11 @@ class Jobs(QObject):
     def running(self) -> tuple[Job, ...]:
         """The jobs that have not ended, oldest first."""
         return tuple(self._running)
+
+    @property
+    def shown(self) -> tuple[Job, ...]:
+        """Those of them that a person sees and may cancel; the others cancel themselves, or must not be."""
+        return tuple(job for job in self._running if job.shown)
 
     def start(
         self,

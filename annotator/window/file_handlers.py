@@ -130,7 +130,7 @@ class FileHandlers:
         self._session.offer_recoveries()
 
     def _cancel_jobs(self) -> None:
-        for job in self._session.jobs.running:
+        for job in self._session.jobs.shown:
             self._session.jobs.cancel(job)
 
     def _on_demo_failed(self, error: Exception) -> None:

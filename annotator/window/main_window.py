@@ -294,7 +294,7 @@ class MainWindow(QMainWindow):
         self.actions_by_name.draw(state, {*also, *self._parts.checked()})
 
     def _draw_centre(self) -> None:
-        opening = [job.title for job in self.session.jobs.running if job.shown]
+        opening = [job.title for job in self.session.jobs.shown]
         self._start_page.show_opening(opening[-1] if opening else "")
         if self.session.volume is None and opening:
             # From one volume to the next there is none for a moment: what is shown stays.

@@ -69,9 +69,7 @@ def test_background_work_is_cancelled(qtbot, window, session):
             stopped.wait(0.01)
         stopped.set()
 
-    # Of the volume that has just been opened.
-    qtbot.waitUntil(lambda: not session.jobs.running)
-    qtbot.waitUntil(lambda: not window.actions_by_name["cancel_jobs"].isEnabled())
+    assert not window.actions_by_name["cancel_jobs"].isEnabled()
     session.jobs.start("Waiting", work, done=lambda _: None, failed=lambda _: None)
     qtbot.waitUntil(window.actions_by_name["cancel_jobs"].isEnabled)
     assert begun.wait(10)
@@ -79,6 +77,20 @@ def test_background_work_is_cancelled(qtbot, window, session):
     qtbot.waitUntil(lambda: not session.jobs.running)
     assert stopped.wait(10)
     qtbot.waitUntil(lambda: not window.actions_by_name["cancel_jobs"].isEnabled())
+
+
+def test_work_that_nobody_sees_is_not_cancelled(qtbot, window, session):
+    go_on, done = threading.Event(), []
+    shown = session.jobs.start("Seen", lambda *_: go_on.wait(10), done=done.append, failed=done.append)
+    hidden = session.jobs.start(
+        "A lock, say", lambda *_: go_on.wait(10), done=done.append, failed=done.append, shown=False
+    )
+    qtbot.waitUntil(window.actions_by_name["cancel_jobs"].isEnabled)
+    window.actions_by_name["cancel_jobs"].trigger()
+    go_on.set()
+    qtbot.waitUntil(lambda: not {shown, hidden} & set(session.jobs.running))
+    assert (shown.state, hidden.state) == ("cancelled", "done")
+    assert done == [True]
 
 
 def test_log_is_opened_once_there_is_one(window, monkeypatch, tmp_path):

@@ -186,9 +186,9 @@ def test_a_volume_opens_while_what_the_fit_and_the_scene_need_is_loaded(
     monkeypatch.setattr(main_window, "prepare_fitting", load)
     window = make_window(empty_session)
     window.prepare_scene()
+    qtbot.waitUntil(begun.is_set)
     window.open_path(volume_path)
     qtbot.waitUntil(lambda: empty_session.volume is not None)
-    assert begun.is_set()
     with qtbot.waitSignal(window.scene_prepared, timeout=30_000):
         go_on.set()
 
