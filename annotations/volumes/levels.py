@@ -7,8 +7,9 @@ from functools import cached_property
 from typing import Any, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from annotations.volumes.intensity_samples import IntensitySamples, intensity_samples
 from annotations.volumes.spacing import SpacingUm, validate_spacing_um
 from annotations.volumes.stored_intensities import StoredIntensities, stored_intensities
 from annotations.volumes.volume import Array, Shape, Volume
@@ -16,7 +17,6 @@ from annotations.volumes.volume import Array, Shape, Volume
 PREVIEW_BUDGET_VOXELS = 1_000_000
 """About every 14th voxel of a full volume: fast to read and fast to draw without a GPU."""
 
-_WINDOW_SAMPLES = 1_000_000
 _WINDOW_PERCENT = (1.0, 99.8)
 _SPECKLE_SIGMAS = 3.0
 _SIGMAS_PER_DEVIATION = 1.4826
@@ -58,6 +58,11 @@ class Level:
         `ready_to_draw` has it done where nobody waits.
         """
         return stored_intensities(self.data)
+
+    @cached_property
+    def samples(self) -> IntensitySamples:
+        """Enough of its finite values for statistics."""
+        return intensity_samples(self.data)
 
     def ready_to_draw(self) -> Self:
         """Return this level, with all computed that it is drawn from: for the thread that made it."""
@@ -195,7 +200,7 @@ def intensity_window(level: Level) -> tuple[float, float]:
     values and NaN do not count. The result is finite and its first number is the smaller one, whatever the
     level holds.
     """
-    samples = _finite_samples(level)
+    samples = level.samples
     if samples.size == 0:
         return (0.0, 1.0)
     low, high = (samples.percentile(percent) for percent in _WINDOW_PERCENT)
@@ -218,58 +223,13 @@ def surface_threshold(level: Level) -> float:
     """
     low, high = intensity_window(level)
     least, most = (low + share * (high - low) for share in _THRESHOLD_SHARES)
-    samples = _finite_samples(level)
+    samples = level.samples
     samples = samples.above(samples.values[0]) if samples.size else samples
     if samples.size == 0:
         return least
     median = samples.percentile(50.0)
     sigma = _SIGMAS_PER_DEVIATION * samples.deviations_from(median).percentile(50.0)
     return float(np.clip(median + _SPECKLE_SIGMAS * sigma, least, most))
-
-
-@dataclass(frozen=True, eq=False)
-class _Samples:
-    """Values in ascending order, and how often each of them occurs."""
-
-    values: NDArray[np.float64]
-    counts: NDArray[np.intp]
-
-    @property
-    def size(self) -> int:
-        return int(self.counts.sum())
-
-    def percentile(self, percent: float) -> float:
-        """Return what NumPy's function of this name does: between two ranks, it interpolates."""
-        place = percent / 100.0 * (self.size - 1)
-        rank = math.floor(place)
-        upto = np.cumsum(self.counts)
-        below, above = self.values[np.searchsorted(upto, (rank, min(rank + 1, upto[-1] - 1)), side="right")]
-        return float(below + (place - rank) * (above - below))
-
-    def above(self, value: float) -> "_Samples":
-        """Return those that are greater."""
-        first = int(np.searchsorted(self.values, value, side="right"))
-        return _Samples(self.values[first:], self.counts[first:])
-
-    def deviations_from(self, value: float) -> "_Samples":
-        """Return how far each is from a value."""
-        deviations = np.abs(self.values - value)
-        order = np.argsort(deviations)
-        return _Samples(deviations[order], self.counts[order])
-
-
-def _finite_samples(level: Level) -> _Samples:
-    """Return enough of a level's finite values for statistics."""
-    values = level.data.ravel(order="K")
-    values = values[:: max(1, values.size // _WINDOW_SAMPLES)]
-    if values.dtype.kind in "iu":
-        # Of the 8 and 16 bits that a level has, counting takes a tenth of the time of sorting.
-        least = int(values.min())
-        counts = np.bincount(values.astype(np.intp) - least)
-        found = np.flatnonzero(counts)
-        return _Samples((found + least).astype(np.float64), counts[found])
-    ordered = np.sort(values[np.isfinite(values)]).astype(np.float64)
-    return _Samples(ordered, np.ones(len(ordered), np.intp))
 
 
 def _factors_for(side_um: float, lengths: Sequence[int], spacing: Array) -> tuple[int, int, int]:

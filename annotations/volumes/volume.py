@@ -1,8 +1,9 @@
 """A lazy, read-only, three-dimensional array on disk, and what can be wrong with one."""
 
 import math
+import threading
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -154,6 +155,7 @@ class Volume:
 
         Of a mapped file the parts are asked for ahead of their turn: from a disk that has not read them
         before, a slice or a preview comes many times faster than by waiting for one page after the other.
+        Two threads take turns with its parts: for a preview the processor waits for memory, voxel by voxel.
 
         Parameters and errors are those of `read`.
 
@@ -173,13 +175,18 @@ class Volume:
             some = along[place : place + count]
             pieces.append(_with_axis(inside, slow, slice(some[0], some[-1] + 1, some.step)))
         loaded = np.empty([len(range(part.start, part.stop, part.step)) for part in inside], self.dtype)
-        for part in pieces[:1]:
+        for part in pieces[:2]:
             self.prefetch(part)
-        for number, piece in enumerate(pieces):
-            for following in pieces[number + 1 : number + 2]:
-                self.prefetch(following)
-            target = slice(number * count, (number + 1) * count)
-            loaded[_with_axis((WHOLE, WHOLE, WHOLE), slow, target)] = self.read(piece)
+
+        def read_pieces(numbers: range) -> None:
+            for number in numbers:
+                # The next one of this thread.
+                for following in pieces[number + 2 : number + 3]:
+                    self.prefetch(following)
+                target = slice(number * count, (number + 1) * count)
+                loaded[_with_axis((WHOLE, WHOLE, WHOLE), slow, target)] = self.read(pieces[number])
+
+        _in_turn(read_pieces, len(pieces))
         return loaded
 
     def prefetch(self, region: tuple[slice, slice, slice]) -> None:
@@ -297,6 +304,31 @@ def unreadable(path: Path, error: Exception) -> VolumeError:
         where=path,
         remedy="It may be damaged or out of reach: try to copy or export it again",
     )
+
+
+def _in_turn(work: Callable[[range], None], count: int) -> None:
+    """Have the even of so many pieces done by this thread, and the odd ones by another at the same time.
+
+    What fails is raised here. A daemon: where a read hangs, it does not keep the program from ending.
+    """
+    problems: list[BaseException] = []
+
+    def do_odd() -> None:
+        try:
+            work(range(1, count, 2))
+        except BaseException as problem:  # noqa: BLE001 - raised by the other thread
+            problems.append(problem)
+
+    other = threading.Thread(target=do_odd, daemon=True)
+    if count > 1:
+        other.start()
+    try:
+        work(range(0, count, 2))
+    finally:
+        if count > 1:
+            other.join()
+    if problems:
+        raise problems[0]
 
 
 def _with_axis(region: Region, axis: int, part: slice) -> Region:

@@ -1,6 +1,7 @@
 import itertools
 import mmap
 import os
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -105,7 +106,7 @@ def test_loading_in_pieces_is_reading_a_copy(
 
 
 def test_pieces_are_asked_for_before_their_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    np.save(tmp_path / "v.npy", np.zeros((6, 10, 10), np.uint8))
+    np.save(tmp_path / "v.npy", np.zeros((10, 10, 10), np.uint8))
     opened = open_volume(tmp_path / "v.npy")
     done: list[tuple[str, int]] = []
     read, prefetch = MappedStorage.read, MappedStorage.prefetch
@@ -121,7 +122,31 @@ def test_pieces_are_asked_for_before_their_turn(tmp_path: Path, monkeypatch: pyt
         lambda self, region: done.append(("ask", region[0].start)) or prefetch(self, region),
     )
     opened.load((slice(None), slice(None), slice(3, 4)))
-    assert done == [("ask", 0), ("ask", 2), ("read", 0), ("ask", 4), ("read", 2), ("read", 4)]
+    assert sorted(done) == [(what, start) for what in ("ask", "read") for start in range(0, 10, 2)]
+    # Two threads take turns: each asks for its next piece before it reads one.
+    for start in range(0, 10, 2):
+        assert done.index(("ask", start)) < done.index(("read", start))
+    for start in range(0, 6, 2):
+        assert done.index(("ask", start + 4)) < done.index(("read", start))
+
+
+def test_what_fails_in_the_other_thread_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    np.save(tmp_path / "v.npy", np.zeros((4, 10, 10), np.uint8))
+    opened = open_volume(tmp_path / "v.npy")
+    threads: dict[int, threading.Thread] = {}
+
+    def read(_: MappedStorage, region: Any) -> np.ndarray:
+        threads[region[0].start] = threading.current_thread()
+        if region[0].start == 3:
+            raise VolumeError("the disk is gone", where=tmp_path / "v.npy", remedy="Bring it back")
+        return np.zeros((1, 10, 10), np.uint8)
+
+    monkeypatch.setattr(volume, "_PIECE_BYTES", 100)
+    monkeypatch.setattr(MappedStorage, "read", read)
+    with pytest.raises(VolumeError, match="the disk is gone"):
+        opened.load((slice(None), slice(None), slice(None)))
+    assert threads[0] is threads[2] is threading.main_thread()
+    assert threads[1] is threads[3] is not threading.main_thread()
 
 
 class AdvisedMap:
