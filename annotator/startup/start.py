@@ -87,7 +87,7 @@ def run(
         elif path is not None:
             window.open_path(path)
         session.offer_recoveries()
-        window.prepare_scene()
+        window.prepare_scene(after_volume=demo or path is not None)
 
     window.show()
     QTimer.singleShot(0, begin)

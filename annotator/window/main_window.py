@@ -1,6 +1,5 @@
 """The main window: panes, panels, menus and status line, wired to one session; nothing else."""
 
-import importlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,13 +8,11 @@ from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, Q
 from PySide6.QtWidgets import QMainWindow, QToolBar, QVBoxLayout, QWidget
 
 from annotations.documents.record import Method
-from annotations.fitting.pose_fit import prepare_fitting
 from annotator.actions.action_set import ActionSet
 from annotator.actions.state import state_of
 from annotator.looks.icons import application_icon
 from annotator.looks.redrawing import HeldPainting
 from annotator.panels.jobs_panel import JobsPanel
-from annotator.scene.libraries import load_libraries
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
 from annotator.session.jobs import Job
@@ -35,9 +32,9 @@ from annotator.window.four_up import FourUp
 from annotator.window.held_key import HeldKey
 from annotator.window.live_handlers import LiveHandlers
 from annotator.window.prediction_handlers import PredictionHandlers
-from annotator.window.qt_classes import QtClasses
 from annotator.window.questions import Questions
 from annotator.window.review_handlers import ReviewHandlers
+from annotator.window.scene_import import SceneImport
 from annotator.window.start_page import StartPage
 from annotator.window.status_line import StatusLine
 from annotator.window.study_handlers import StudyHandlers
@@ -112,7 +109,7 @@ class MainWindow(QMainWindow):
         self.status = StatusLine(session)
         self.status.addPermanentWidget(JobsPanel(session))
         self.setStatusBar(self.status)
-        self._qt_classes = QtClasses(self)
+        self._scene_import = SceneImport(session, self)
         self._actions_timer = QTimer(self, singleShot=True)
         self._actions_timer.timeout.connect(self._draw_actions)
         self._centre_timer = QTimer(self, singleShot=True)
@@ -167,18 +164,18 @@ class MainWindow(QMainWindow):
         """Open the demo study, which is made first if it is not there."""
         self._files.open_demo()
 
-    def prepare_scene(self) -> None:
-        """Load what the fit needs, and Mayavi, beside everything else; show the scene when that is done."""
-        self._qt_classes.make(self._import_stage)
+    def prepare_scene(self, *, after_volume: bool = False) -> None:
+        """Load what the fit needs, and Mayavi, beside everything else; show the scene when that is done.
 
-    def _import_stage(self) -> None:
-        self.session.jobs.start(
-            "Preparing the scene",
-            lambda _progress, _cancelled: _load_for_fit_and_scene(),
-            done=self._on_job_stage_imported,
-            failed=self.questions.show_error,
-            shown=False,
-        )
+        Parameters
+        ----------
+        after_volume : bool
+            Not before a volume that is being opened is seen, or keeps a person waiting.
+        """
+        if after_volume:
+            self._scene_import.begin_after_volume()
+        else:
+            self._scene_import.begin()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:
@@ -236,7 +233,7 @@ class MainWindow(QMainWindow):
         self._columns.show_keypoints()
         self._parts.write_layout()
         self._live.close()
-        self._qt_classes.stop()
+        self._scene_import.stop()
         self.session.close_volume()
         self.fetcher.close()
         self.scene.shut_down()
@@ -272,6 +269,8 @@ class MainWindow(QMainWindow):
         self._panels.annotation.derive_requested.connect(self.actions_by_name["derive"].trigger)
         self._panels.agreement.export_requested.connect(self.actions_by_name["export_agreement"].trigger)
         self._panels.predictions.action_requested.connect(self._on_predictions_action_requested)
+        self._scene_import.imported.connect(self._on_scene_imported)
+        self._scene_import.failed.connect(self.questions.show_error)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -327,7 +326,8 @@ class MainWindow(QMainWindow):
         if not self._is_closing:
             self.close()
 
-    def _on_job_stage_imported(self, _: object) -> None:
+    @Slot()
+    def _on_scene_imported(self) -> None:
         self.four_up.show_scene()
         # Also while nothing is open: the first volume then need not wait for it.
         self.scene.start()
@@ -387,13 +387,6 @@ class MainWindow(QMainWindow):
     def _on_session_save_state_changed(self) -> None:
         self._draw_title()
         self._draw_actions()
-
-
-def _load_for_fit_and_scene() -> None:
-    # One after the other: a volume opens in the other thread, and its fit does not wait for Mayavi.
-    prepare_fitting()
-    load_libraries()
-    importlib.import_module("annotator.scene.stage")
 
 
 def _dropped_path(event: QDropEvent) -> Path | None:

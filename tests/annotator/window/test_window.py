@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QAbstractButton, QDockWidget, QLabel, QLineEdit, Q
 
 from annotator.actions.table import ACTIONS
 from annotator.settings import Settings
-from annotator.window import main_window
+from annotator.window import scene_import
 from annotator.window.main_window import MainWindow
 
 
@@ -183,7 +183,7 @@ def test_a_volume_opens_while_what_the_fit_and_the_scene_need_is_loaded(
         begun.set()
         assert go_on.wait(10)
 
-    monkeypatch.setattr(main_window, "prepare_fitting", load)
+    monkeypatch.setattr(scene_import, "prepare_fitting", load)
     window = make_window(empty_session)
     window.prepare_scene()
     qtbot.waitUntil(begun.is_set)

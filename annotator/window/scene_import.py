@@ -1,0 +1,77 @@
+"""The import of what the scene needs, which takes seconds: in a thread, after the first pictures."""
+
+import importlib
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from annotations.fitting.pose_fit import prepare_fitting
+from annotator.looks.redrawing import Redrawing
+from annotator.scene.libraries import load_libraries
+from annotator.session import Session
+from annotator.window.qt_classes import QtClasses
+
+_PATIENCE_MS = 1000
+"""A volume that comes later lets the import begin before it."""
+
+
+class SceneImport(QObject):
+    """Loads Mayavi, VTK and what the fit needs, in a thread.
+
+    Signals
+    -------
+    imported
+    failed : Exception
+    """
+
+    imported = Signal()
+    failed = Signal(object)
+
+    def __init__(self, session: Session, parent: QObject) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._qt_classes = QtClasses(self)
+        self._beginning = Redrawing(self.begin, self)
+        self._patience = QTimer(self, singleShot=True, interval=_PATIENCE_MS)
+        self._patience.timeout.connect(self.begin)
+        session.volume_changed.connect(self._on_session_volume_changed)
+
+    def begin_after_volume(self) -> None:
+        """Begin once a volume that is being opened has been painted.
+
+        The import keeps Python's lock, and a processor, from whoever paints it.
+        """
+        self._patience.start()
+
+    @Slot()
+    def begin(self) -> None:
+        """Begin now."""
+        self._patience.stop()
+        self._qt_classes.make(self._import)
+
+    def stop(self) -> None:
+        """Begin nothing more, and call nobody."""
+        self._patience.stop()
+        self._beginning.drop()
+        self._qt_classes.stop()
+
+    @Slot()
+    def _on_session_volume_changed(self) -> None:
+        if self._patience.isActive() and self._session.volume is not None:
+            self._patience.stop()
+            self._beginning.ask_apart()
+
+    def _import(self) -> None:
+        self._session.jobs.start(
+            "Preparing the scene",
+            lambda _progress, _cancelled: _load_for_fit_and_scene(),
+            done=lambda _: self.imported.emit(),
+            failed=self.failed.emit,
+            shown=False,
+        )
+
+
+def _load_for_fit_and_scene() -> None:
+    # One after the other: a volume opens in the other thread, and its fit does not wait for Mayavi.
+    prepare_fitting()
+    load_libraries()
+    importlib.import_module("annotator.scene.stage")

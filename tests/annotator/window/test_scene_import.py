@@ -1,0 +1,89 @@
+"""When the import of what the scene needs begins: after the first pictures, but whatever comes of them."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from annotator.session import Session
+from annotator.window import scene_import
+from annotator.window.main_window import MainWindow
+
+MakeWindow = Callable[..., MainWindow]
+
+
+@pytest.fixture
+def begun(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Set when the import begins, which ends at once."""
+    begun = threading.Event()
+    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", begun.set)
+    return begun
+
+
+@pytest.fixture
+def window(make_window: MakeWindow, empty_session: Session, monkeypatch: pytest.MonkeyPatch) -> MainWindow:
+    window = make_window(empty_session)
+    # Nothing is loaded for it.
+    monkeypatch.setattr(window.scene, "start", lambda: None)
+    return window
+
+
+def test_it_waits_for_the_first_pictures_of_a_volume(
+    qtbot: QtBot, window: MainWindow, volume_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[bool] = []
+    monkeypatch.setattr(scene_import.QtClasses, "make", lambda _, then: then())
+    monkeypatch.setattr(
+        scene_import,
+        "_load_for_fit_and_scene",
+        lambda: seen.append(all(view.times_drawn for view in window.slices)),
+    )
+    window.open_path(volume_path)
+    with qtbot.waitSignal(window.scene_prepared):
+        window.prepare_scene(after_volume=True)
+    assert seen == [True]
+
+
+def test_it_begins_without_a_volume_that_keeps_a_person_waiting(
+    qtbot: QtBot,
+    begun: threading.Event,
+    make_window: MakeWindow,
+    empty_session: Session,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(scene_import, "_PATIENCE_MS", 20)
+    window = make_window(empty_session)
+    monkeypatch.setattr(window.scene, "start", lambda: None)
+    with qtbot.waitSignal(window.scene_prepared):
+        window.prepare_scene(after_volume=True)
+    assert begun.is_set()
+
+
+def test_it_begins_once(qtbot: QtBot, begun: threading.Event, window: MainWindow, volume_path: Path) -> None:
+    times: list[None] = []
+    window.scene_prepared.connect(lambda: times.append(None))
+    window.prepare_scene(after_volume=True)
+    for _ in range(2):
+        with qtbot.waitSignal(
+            window.session.volume_changed, check_params_cb=lambda: window.session.volume is not None
+        ):
+            window.open_path(volume_path)
+    qtbot.waitUntil(lambda: bool(times) and not window.session.jobs.running)
+    assert len(times) == 1
+
+
+def test_a_window_that_is_closed_begins_nothing(
+    qtbot: QtBot,
+    begun: threading.Event,
+    make_window: MakeWindow,
+    empty_session: Session,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(scene_import, "_PATIENCE_MS", 20)
+    window = make_window(empty_session)
+    window.prepare_scene(after_volume=True)
+    window.close()
+    qtbot.wait(100)
+    assert not begun.is_set()
