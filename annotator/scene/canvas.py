@@ -41,7 +41,9 @@ class Canvas(QObject):
     """Mayavi's scene without its tool bars, its mouse and its keys.
 
     Another size is drawn once, in a turn of the event loop of its own: what is around the scene is painted in
-    the turn before. Without a screen the scene is a part of the window's picture, and is drawn with it.
+    the turn before. Where the scene comes into sight, what is behind it is seen until then: the system would
+    leave there what was on the screen. Without a screen the scene is a part of the window's picture, and is
+    drawn with it.
 
     Attributes
     ----------
@@ -75,7 +77,14 @@ class Canvas(QObject):
         self._painted = QGuiApplication.platformName() == "offscreen"
         if self._painted:
             self.widget.setAttribute(Qt.WidgetAttribute.WA_PaintOnScreen, on=False)
+        else:
+            self.widget.hide()
+            room = self.widget.sizePolicy()
+            room.setRetainSizeWhenHidden(True)
+            self.widget.setSizePolicy(room)
         self.widget.installEventFilter(self)
+        self._behind = parent
+        parent.installEventFilter(self)
         self._surface = self.widget.windowHandle()
         if self._surface is not None:
             self._surface.installEventFilter(self)
@@ -88,6 +97,9 @@ class Canvas(QObject):
             # where there is no screen: it sets the size past the method that makes room in memory.
             self.draw_apart()
             return True
+        if watched is self._behind:
+            self._follow_behind(event)
+            return False
         if not self._open:
             # VTK's side of the widget is gone.
             return watched is self.widget and event.type() == QEvent.Type.Paint
@@ -110,6 +122,13 @@ class Canvas(QObject):
                     painter.drawImage(self.widget.rect(), self.picture())
             return True
         return False
+
+    def show(self) -> None:
+        """Be seen, from the next frame on."""
+        if self._painted:
+            self.widget.show()
+        else:
+            self.draw_apart()
 
     def draw_apart(self) -> None:
         """Draw the next frame in a turn of the event loop of its own, after what is painted in this one."""
@@ -147,10 +166,24 @@ class Canvas(QObject):
 
     def _ask_in_turn(self) -> None:
         self._is_asked = False
+        if self._open and self.widget.isHidden() and self._behind.isVisible():
+            # The system asks for what comes into sight.
+            self.widget.show()
+            return
         # Who hides it forgets what is due: shown again, it is painted anyway.
         self._is_due = self._open and self.widget.isVisible()
         if self._is_due:
             self.widget.update()
+
+    def _follow_behind(self, event: QEvent) -> None:
+        """Hide with what is behind, and come into sight a turn of the event loop after it."""
+        if self._painted or not self._open or event.spontaneous():
+            return
+        if event.type() == QEvent.Type.Hide:
+            self._is_due = False
+            self.widget.hide()
+        elif event.type() == QEvent.Type.Show:
+            self.draw_apart()
 
     def _follow_window(self) -> None:
         """Draw into the native window that Qt has made in place of the former one."""

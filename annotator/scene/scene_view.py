@@ -112,7 +112,7 @@ class SceneView(QWidget):
         gestures.look_requested.connect(self._on_gestures_look_requested)
         gestures.hovered.connect(self._on_gestures_hovered)
         gestures.left.connect(self._on_gestures_left)
-        canvas.show()
+        self._stage.canvas.show()
         self._redraw()
 
     def shut_down(self) -> None:

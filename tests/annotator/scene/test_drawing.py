@@ -275,6 +275,23 @@ def test_on_a_screen_a_scene_that_was_hidden_draws_another_volume_in_a_turn_of_i
     scene.qtbot.waitUntil(lambda: scene.view.volume_draws > drawn)
 
 
+def test_on_a_screen_the_scene_comes_into_sight_with_its_frame_and_goes_with_what_is_behind(scene) -> None:
+    scene.settle()
+    canvas = scene.view._stage.canvas
+    canvas._painted = False
+    for _ in range(2):
+        # Asked for, but hidden before it comes to that.
+        canvas.draw_apart()
+        canvas._turn.draw_now()
+        scene.view.hide()
+        assert canvas.widget.isHidden()
+        scene.view.show()
+        assert canvas.widget.isHidden(), "what is behind it is painted first"
+        scene.qtbot.waitUntil(canvas.widget.isVisible)
+        scene.settle()
+    assert np.array_equal(fresh(scene), scene.pixels())
+
+
 def test_with_overlays_hidden_only_the_volume_is_seen(scene) -> None:
     scene.session.look(overlays_hidden=True)
     bare = scene.pixels()
