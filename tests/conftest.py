@@ -63,7 +63,7 @@ _SESSION_HOME = tempfile.TemporaryDirectory(prefix="oct-annotator-tests-", ignor
 os.environ.update(_point_user_folders_at(Path(_SESSION_HOME.name)))
 
 hypothesis.settings.register_profile("default", deadline=None)
-# There the examples are always the same ones: more of them only take time. Here they differ each time.
+# There the examples are always the same ones, and time is short. Here they differ each time.
 hypothesis.settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True, max_examples=40)
 hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "default")
 
@@ -71,7 +71,10 @@ hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "default")
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Work with one process more than there are processors: a third of the time each waits for a timer."""
-    return (os.cpu_count() or 1) + 1
+    if said := os.environ.get("PYTEST_XDIST_AUTO_NUM_WORKERS"):
+        return int(said)
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return processors + 1
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:

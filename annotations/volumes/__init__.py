@@ -5,6 +5,7 @@ from annotations.volumes.averaging import AVERAGED_BUDGET_VOXELS, averaged_level
 from annotations.volumes.cache import LevelCache
 from annotations.volumes.dataset_choice import DatasetChoice, DatasetChoiceNeeded
 from annotations.volumes.fingerprints import fingerprint
+from annotations.volumes.intensity_samples import evenly_sampled
 from annotations.volumes.levels import (
     PREVIEW_BUDGET_VOXELS,
     Level,
@@ -64,6 +65,7 @@ __all__ = [
     "clip_to_box",
     "closest_approach",
     "detail_block",
+    "evenly_sampled",
     "fingerprint",
     "first_surface",
     "folder_answers_path",

@@ -1,4 +1,4 @@
-"""The intensities that occur in an array, counted, for statistics over a million of them."""
+"""The intensities that occur in an array, counted: enough of them for statistics."""
 
 import math
 from dataclasses import dataclass
@@ -52,10 +52,28 @@ class IntensitySamples:
         return type(self)(deviations[order], self.counts[order])
 
 
+def evenly_sampled(data: Array, count: int) -> Array:
+    """Return at least so many voxels of an array, evenly over all its axes; all where there are no more.
+
+    They lie equally far apart in memory, by a number that has no factor in common with a row's or a plane's
+    length: else of a volume of three planes they might all lie in one.
+
+    Parameters
+    ----------
+    data : numpy.ndarray, shape (x, y, z)
+        Best C- or Fortran-contiguous; else it is copied.
+    count : int
+    """
+    step = max(1, data.size // count)
+    fast, middle, _ = sorted(range(3), key=lambda axis: data.strides[axis])
+    while math.gcd(step, data.shape[fast] * data.shape[middle]) > 1:
+        step -= 1
+    return data.ravel(order="K")[::step]
+
+
 def intensity_samples(data: Array) -> IntensitySamples:
     """Return the finite intensities of an array, every so many voxels of a large one."""
-    values = data.ravel(order="K")
-    values = values[:: max(1, values.size // _SAMPLES)]
+    values = evenly_sampled(data, _SAMPLES)
     if values.dtype.kind in "iu":
         # Of the 8 and 16 bits that a level has, counting takes a tenth of the time of sorting.
         least = int(values.min())

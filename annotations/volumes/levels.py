@@ -54,8 +54,8 @@ class Level:
     def stored(self) -> StoredIntensities:
         """Its intensities as VTK draws them.
 
-        Of other types than uint8 and uint16 it takes a tenth of a second for a fine level, once:
-        `ready_to_draw` has it done where nobody waits.
+        Of other types than uint8 and uint16 they are computed, once: a tenth of a second for a fine level, in
+        which a window would stand still. `ready_to_draw` has it done in another thread.
         """
         return stored_intensities(self.data)
 

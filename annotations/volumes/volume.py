@@ -21,6 +21,8 @@ Region = tuple[slice, slice, slice]
 WHOLE = slice(None)
 
 _PIECE_BYTES = 32 << 20
+_SHARED_BYTES = 1 << 19
+"""From this much on a second thread is worth its beginning."""
 
 
 class VolumeError(UserError):
@@ -155,7 +157,7 @@ class Volume:
 
         Of a mapped file the parts are asked for ahead of their turn: from a disk that has not read them
         before, a slice or a preview comes many times faster than by waiting for one page after the other.
-        Two threads take turns with its parts: for a preview the processor waits for memory, voxel by voxel.
+        Two threads take turns with the parts of a preview: the processor waits for memory, voxel by voxel.
 
         Parameters and errors are those of `read`.
 
@@ -178,15 +180,21 @@ class Volume:
         for part in pieces[:2]:
             self.prefetch(part)
 
-        def read_pieces(numbers: range) -> None:
+        def read_pieces(numbers: range, is_stopped: Callable[[], bool]) -> None:
             for number in numbers:
+                if is_stopped():
+                    return
                 # The next one of this thread.
                 for following in pieces[number + 2 : number + 3]:
                     self.prefetch(following)
                 target = slice(number * count, (number + 1) * count)
                 loaded[_with_axis((WHOLE, WHOLE, WHOLE), slow, target)] = self.read(pieces[number])
 
-        _in_turn(read_pieces, len(pieces))
+        is_sparse = any(part.step > 1 for part in inside)
+        if len(pieces) > 1 and is_sparse and loaded.nbytes >= _SHARED_BYTES:
+            _in_turn(read_pieces, len(pieces))
+        else:
+            read_pieces(range(len(pieces)), lambda: False)
         return loaded
 
     def prefetch(self, region: tuple[slice, slice, slice]) -> None:
@@ -306,27 +314,31 @@ def unreadable(path: Path, error: Exception) -> VolumeError:
     )
 
 
-def _in_turn(work: Callable[[range], None], count: int) -> None:
+def _in_turn(work: Callable[[range, Callable[[], bool]], None], count: int) -> None:
     """Have the even of so many pieces done by this thread, and the odd ones by another at the same time.
 
-    What fails is raised here. A daemon: where a read hangs, it does not keep the program from ending.
+    Each looks between its pieces whether the other has failed. What fails is raised here, at once: the other
+    thread is not waited for then, and as a daemon it does not keep the program from ending if it hangs.
     """
     problems: list[BaseException] = []
 
+    def is_stopped() -> bool:
+        return bool(problems)
+
     def do_odd() -> None:
         try:
-            work(range(1, count, 2))
+            work(range(1, count, 2), is_stopped)
         except BaseException as problem:  # noqa: BLE001 - raised by the other thread
             problems.append(problem)
 
     other = threading.Thread(target=do_odd, daemon=True)
-    if count > 1:
-        other.start()
+    other.start()
     try:
-        work(range(0, count, 2))
-    finally:
-        if count > 1:
-            other.join()
+        work(range(0, count, 2), is_stopped)
+    except BaseException as problem:
+        problems.append(problem)
+        raise
+    other.join()
     if problems:
         raise problems[0]
 

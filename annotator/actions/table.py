@@ -160,7 +160,7 @@ _GO = (
         "Cancel Background Work",
         "Go",
         ("Ctrl+.",),
-        "Stop all work in the background; what is open stays as it is.",
+        "Stop the work that the status line shows; what is open stays as it is.",
         "jobs",
         separated=True,
     ),

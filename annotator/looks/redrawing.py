@@ -86,7 +86,8 @@ class PaintingApart(QObject):
 class HeldPainting(QObject):
     """Keeps a window from being painted in a turn of the event loop, and has it painted in one of its own.
 
-    For a change that nearly everything in the window reacts to: Qt would paint before it looks for input.
+    For a change that nearly everything in the window reacts to: Qt would paint before it looks for input. A
+    dock that floats is a window of its own, and is painted as ever.
     """
 
     def __init__(self, window: QWidget) -> None:
@@ -136,17 +137,24 @@ class _Turns(QObject):
         super().__init__(parent)
         self._first: deque[Redrawing] = deque()
         self._waiting: deque[Redrawing] = deque()
-        self._is_waiting = False
+        self._is_waiting = self._is_overtaken = False
         self._next_turn = _NextTurn(self._draw_next, self)
 
     def add(self, redrawing: Redrawing, *, first: bool) -> None:
         (self._first if first else self._waiting).append(redrawing)
-        if not self._is_waiting:
+        if self._is_waiting:
+            # The turn that has been waited for may be the one that asks.
+            self._is_overtaken |= first
+        else:
             self._is_waiting = True
             self._next_turn.wait()
 
     @Slot()
     def _draw_next(self) -> None:
+        if self._is_overtaken:
+            self._is_overtaken = False
+            self._next_turn.wait()
+            return
         is_due = False
         while (waiting := self._first or self._waiting) and not is_due:
             redrawing = waiting.popleft()

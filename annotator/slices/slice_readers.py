@@ -162,7 +162,8 @@ class SliceReaders:
             if self._source is not None:
                 was_missing = (axis, index) not in self._source.cache
                 self._wishes[axis] = Wish(self._source, axis, index, step, was_missing)
-                self._wished[axis].notify()
+                if self._has_begun:
+                    self._wished[axis].notify()
                 self._calmed.notify_all()
 
     def stop(self) -> None:

@@ -170,7 +170,7 @@ class MainWindow(QMainWindow):
         Parameters
         ----------
         after_volume : bool
-            Not before a volume that is being opened is seen, or keeps a person waiting.
+            A volume is being opened: begin when it is seen, or after a second if it is not there by then.
         """
         if after_volume:
             self._scene_import.begin_after_volume()

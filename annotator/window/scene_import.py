@@ -71,7 +71,7 @@ class SceneImport(QObject):
 
 
 def _load_for_fit_and_scene() -> None:
-    # One after the other: a volume opens in the other thread, and its fit does not wait for Mayavi.
+    # First what takes less: the first fit need not wait for Mayavi.
     prepare_fitting()
     load_libraries()
     importlib.import_module("annotator.scene.stage")

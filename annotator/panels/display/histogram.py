@@ -10,6 +10,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from annotations.volumes import evenly_sampled
 from annotator.looks import theme
 
 _BINS = 128
@@ -49,8 +50,7 @@ EMPTY = IntensityHistogram(np.zeros(1, np.int64), 0.0, 255.0, True)
 
 def intensity_histogram(data: NDArray[Any]) -> IntensityHistogram:
     """Count the finite intensities of an array, every so many voxels of a large one."""
-    flat = data.ravel(order="K")
-    sample = flat[:: max(1, flat.size // _SAMPLES)]
+    sample = evenly_sampled(data, _SAMPLES)
     if sample.dtype == np.uint8:
         # Counting bytes, and then the 256 values into bins, takes a tenth of the time.
         counts, _ = np.histogram(np.arange(256), _BINS, (0, 255), weights=np.bincount(sample, minlength=256))

@@ -20,6 +20,7 @@ from annotations.documents.recovery import Recovery
 from annotations.documents.study import CONSENSUS
 from annotations.documents.volume_link import compare, reference_to
 from annotations.errors import UserError
+from annotations.fitting.pose_fit import prepare_fitting
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
@@ -232,7 +233,10 @@ def with_depth_axis(found: Found, depth_axis: int) -> Found:
 
 
 def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
-    """Read the preview and begin a document where there is none; takes a fraction of a second."""
+    """Read the preview and begin a document where there is none; takes a fraction of a second.
+
+    What is annotated is fitted as soon as it is shown: what that imports comes in this thread, too.
+    """
     document = found.document or new_annotation(
         reference_to(found.volume, spacing_um, found.item.annotation_path, found.fingerprint),
         found.tool,
@@ -241,6 +245,8 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
         ships=ships(found.tool),
         repeat=found.item.repeat,
     )
+    if document.positions_um or document.placed_boxes:
+        prepare_fitting()
     level = strided_preview(found.volume, spacing_um).ready_to_draw()
     warnings = tuple(
         UserError(

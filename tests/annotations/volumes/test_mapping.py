@@ -2,6 +2,7 @@ import itertools
 import mmap
 import os
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -97,6 +98,7 @@ def test_loading_in_pieces_is_reading_a_copy(
     np.save(path, array)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(volume, "_PIECE_BYTES", piece_bytes)
+        patch.setattr(volume, "_SHARED_BYTES", 0)
         loaded = open_volume(path).load(region)
     np.testing.assert_array_equal(loaded, array[region])
     assert loaded.dtype == np.uint16
@@ -111,6 +113,7 @@ def test_pieces_are_asked_for_before_their_turn(tmp_path: Path, monkeypatch: pyt
     done: list[tuple[str, int]] = []
     read, prefetch = MappedStorage.read, MappedStorage.prefetch
     monkeypatch.setattr(volume, "_PIECE_BYTES", 200)
+    monkeypatch.setattr(volume, "_SHARED_BYTES", 0)
     monkeypatch.setattr(
         MappedStorage,
         "read",
@@ -121,7 +124,7 @@ def test_pieces_are_asked_for_before_their_turn(tmp_path: Path, monkeypatch: pyt
         "prefetch",
         lambda self, region: done.append(("ask", region[0].start)) or prefetch(self, region),
     )
-    opened.load((slice(None), slice(None), slice(3, 4)))
+    opened.load((slice(None), slice(None), slice(3, 4, 2)))
     assert sorted(done) == [(what, start) for what in ("ask", "read") for start in range(0, 10, 2)]
     # Two threads take turns: each asks for its next piece before it reads one.
     for start in range(0, 10, 2):
@@ -139,14 +142,43 @@ def test_what_fails_in_the_other_thread_is_raised(tmp_path: Path, monkeypatch: p
         threads[region[0].start] = threading.current_thread()
         if region[0].start == 3:
             raise VolumeError("the disk is gone", where=tmp_path / "v.npy", remedy="Bring it back")
-        return np.zeros((1, 10, 10), np.uint8)
+        return np.zeros((1, 10, 5), np.uint8)
 
     monkeypatch.setattr(volume, "_PIECE_BYTES", 100)
+    monkeypatch.setattr(volume, "_SHARED_BYTES", 0)
     monkeypatch.setattr(MappedStorage, "read", read)
     with pytest.raises(VolumeError, match="the disk is gone"):
-        opened.load((slice(None), slice(None), slice(None)))
-    assert threads[0] is threads[2] is threading.main_thread()
+        opened.load((slice(None), slice(None), slice(None, None, 2)))
+    assert threads.get(0, threading.main_thread()) is threading.main_thread()
     assert threads[1] is threads[3] is not threading.main_thread()
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_when_one_thread_fails_the_other_reads_no_further(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first: int
+) -> None:
+    np.save(tmp_path / "v.npy", np.zeros((40, 10, 10), np.uint8))
+    opened = open_volume(tmp_path / "v.npy")
+    has_failed = threading.Event()
+    read_by_the_other: list[int] = []
+
+    def read(_: MappedStorage, region: Any) -> np.ndarray:
+        if region[0].start == first:
+            has_failed.set()
+            raise VolumeError("the disk is gone", where=tmp_path / "v.npy", remedy="Bring it back")
+        read_by_the_other.append(region[0].start)
+        assert has_failed.wait(10)
+        time.sleep(0.01)
+        return np.zeros((1, 10, 5), np.uint8)
+
+    monkeypatch.setattr(volume, "_PIECE_BYTES", 100)
+    monkeypatch.setattr(volume, "_SHARED_BYTES", 0)
+    monkeypatch.setattr(MappedStorage, "read", read)
+    with pytest.raises(VolumeError, match="the disk is gone"):
+        opened.load((slice(None), slice(None), slice(None, None, 2)))
+    # As long as it would take for all of them.
+    time.sleep(0.3)
+    assert len(read_by_the_other) < 10
 
 
 class AdvisedMap:

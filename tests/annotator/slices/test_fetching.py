@@ -91,6 +91,14 @@ def test_of_another_volume_nothing_is_read_before_its_first_picture(
     with qtbot.waitSignal(fetcher.slice_arrived):
         assert not disk.arrived.wait(0.05), "the threads wait, not only this one"
     assert was_read == [False]
+
+    # So it is of the next one.
+    disk.regions.clear()
+    disk.arrived.clear()
+    session.volume_changed.emit()
+    fetcher.fetch(0, 7)
+    with qtbot.waitSignal(fetcher.slice_arrived):
+        assert not disk.arrived.wait(0.05)
     fetcher.close()
 
 

@@ -61,29 +61,47 @@ def test_it_begins_without_a_volume_that_keeps_a_person_waiting(
     assert begun.is_set()
 
 
-def test_it_begins_once(qtbot: QtBot, begun: threading.Event, window: MainWindow, volume_path: Path) -> None:
+def test_it_begins_once(
+    qtbot: QtBot,
+    make_window: MakeWindow,
+    empty_session: Session,
+    volume_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     times: list[None] = []
-    window.scene_prepared.connect(lambda: times.append(None))
+    monkeypatch.setattr(scene_import, "_PATIENCE_MS", 300)
+    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", lambda: times.append(None))
+    window = make_window(empty_session)
+    monkeypatch.setattr(window.scene, "start", lambda: None)
     window.prepare_scene(after_volume=True)
     for _ in range(2):
         with qtbot.waitSignal(
-            window.session.volume_changed, check_params_cb=lambda: window.session.volume is not None
+            empty_session.volume_changed, check_params_cb=lambda: empty_session.volume is not None
         ):
             window.open_path(volume_path)
-    qtbot.waitUntil(lambda: bool(times) and not window.session.jobs.running)
+        qtbot.waitUntil(lambda: bool(times))
+    qtbot.wait(400)
     assert len(times) == 1
 
 
+@pytest.mark.parametrize("opens", [False, True])
 def test_a_window_that_is_closed_begins_nothing(
     qtbot: QtBot,
     begun: threading.Event,
     make_window: MakeWindow,
     empty_session: Session,
+    volume_path: Path,
     monkeypatch: pytest.MonkeyPatch,
+    opens: bool,
 ) -> None:
-    monkeypatch.setattr(scene_import, "_PATIENCE_MS", 20)
+    monkeypatch.setattr(scene_import, "_PATIENCE_MS", 20 if not opens else 10_000)
     window = make_window(empty_session)
     window.prepare_scene(after_volume=True)
+    if opens:
+        # It has been seen, and the turn of the import is the next one.
+        empty_session.volume_changed.connect(window.close)
+        window.open_path(volume_path)
+        qtbot.waitUntil(window.isHidden)
     window.close()
     qtbot.wait(100)
     assert not begun.is_set()

@@ -275,6 +275,20 @@ def test_what_was_edited_while_another_volume_was_read_is_saved(
     assert json.loads(path.read_text())["keypoints"][0]["position_um"] == [7.0, 8.0, 9.0]
 
 
+def test_what_the_first_fit_needs_is_imported_by_the_thread_that_reads(
+    qtbot: QtBot, session: Session, volume_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_volume(volume_path.with_name("v002.npy"))
+    threads: list[threading.Thread] = []
+    monkeypatch.setattr(opening, "prepare_fitting", lambda: threads.append(threading.current_thread()))
+    session.place((100.0, 100.0, 100.0))
+    open_and_wait(qtbot, session, volume_path.with_name("v002.npy"))
+    assert threads == [], "nothing is annotated there"
+    open_and_wait(qtbot, session, volume_path)
+    assert len(threads) == 1
+    assert threads[0] is not threading.main_thread()
+
+
 def test_two_presses_of_next_go_two_volumes_on(qtbot: QtBot, session: Session, volume_path: Path) -> None:
     for name in ("v002.npy", "v003.npy"):
         shutil.copy(volume_path, volume_path.with_name(name))
