@@ -195,9 +195,9 @@ class TestPredicting:
         network.fails = wait_at_the_second
         predicting.predict(range(3))
         qtbot.waitUntil(lambda: len(network.asked) == 2)
-        (job,) = [job for job in reviewing.jobs.running if job.shown]
+        (job,) = reviewing.jobs.shown
         qtbot.waitUntil(lambda: job.title == "Predicting volume 2 of 3")
-        assert job.progress == pytest.approx(1 / 3)
+        qtbot.waitUntil(lambda: job.progress == pytest.approx(1 / 3))
         predicting.cancel()
         qtbot.waitUntil(lambda: not predicting.is_predicting)
         assert path_of(folder, "v001").exists()
