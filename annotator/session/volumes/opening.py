@@ -245,7 +245,9 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
         ships=ships(found.tool),
         repeat=found.item.repeat,
     )
-    if document.positions_um or document.placed_boxes:
+    recovery = found.request.recovery
+    shown = recovery.document if recovery is not None else document
+    if shown.positions_um or shown.placed_boxes:
         prepare_fitting()
     level = strided_preview(found.volume, spacing_um).ready_to_draw()
     warnings = tuple(

@@ -3,6 +3,7 @@ import mmap
 import os
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -133,22 +134,33 @@ def test_pieces_are_asked_for_before_their_turn(tmp_path: Path, monkeypatch: pyt
         assert done.index(("ask", start + 4)) < done.index(("read", start))
 
 
-def test_what_fails_in_the_other_thread_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    np.save(tmp_path / "v.npy", np.zeros((4, 10, 10), np.uint8))
-    opened = open_volume(tmp_path / "v.npy")
-    threads: dict[int, threading.Thread] = {}
+def failing_at(
+    place: int, path: Path, monkeypatch: pytest.MonkeyPatch, before: Callable[[int], None]
+) -> None:
+    """Let a mapped volume be read by two threads plane by plane, and fail at one plane."""
 
     def read(_: MappedStorage, region: Any) -> np.ndarray:
-        threads[region[0].start] = threading.current_thread()
-        if region[0].start == 3:
-            raise VolumeError("the disk is gone", where=tmp_path / "v.npy", remedy="Bring it back")
+        before(region[0].start)
+        if region[0].start == place:
+            raise VolumeError("the disk is gone", where=path, remedy="Bring it back")
         return np.zeros((1, 10, 5), np.uint8)
 
     monkeypatch.setattr(volume, "_PIECE_BYTES", 100)
     monkeypatch.setattr(volume, "_SHARED_BYTES", 0)
     monkeypatch.setattr(MappedStorage, "read", read)
-    with pytest.raises(VolumeError, match="the disk is gone"):
+
+
+def load_and_fail(path: Path, planes: int) -> None:
+    np.save(path, np.zeros((planes, 10, 10), np.uint8))
+    with open_volume(path) as opened, pytest.raises(VolumeError, match="the disk is gone"):
         opened.load((slice(None), slice(None), slice(None, None, 2)))
+
+
+def test_what_fails_in_the_other_thread_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    threads: dict[int, threading.Thread] = {}
+    path = tmp_path / "v.npy"
+    failing_at(3, path, monkeypatch, lambda place: threads.update({place: threading.current_thread()}))
+    load_and_fail(path, 4)
     assert threads.get(0, threading.main_thread()) is threading.main_thread()
     assert threads[1] is threads[3] is not threading.main_thread()
 
@@ -157,25 +169,19 @@ def test_what_fails_in_the_other_thread_is_raised(tmp_path: Path, monkeypatch: p
 def test_when_one_thread_fails_the_other_reads_no_further(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first: int
 ) -> None:
-    np.save(tmp_path / "v.npy", np.zeros((40, 10, 10), np.uint8))
-    opened = open_volume(tmp_path / "v.npy")
     has_failed = threading.Event()
     read_by_the_other: list[int] = []
 
-    def read(_: MappedStorage, region: Any) -> np.ndarray:
-        if region[0].start == first:
+    def note(place: int) -> None:
+        if place == first:
             has_failed.set()
-            raise VolumeError("the disk is gone", where=tmp_path / "v.npy", remedy="Bring it back")
-        read_by_the_other.append(region[0].start)
+            return
+        read_by_the_other.append(place)
         assert has_failed.wait(10)
         time.sleep(0.01)
-        return np.zeros((1, 10, 5), np.uint8)
 
-    monkeypatch.setattr(volume, "_PIECE_BYTES", 100)
-    monkeypatch.setattr(volume, "_SHARED_BYTES", 0)
-    monkeypatch.setattr(MappedStorage, "read", read)
-    with pytest.raises(VolumeError, match="the disk is gone"):
-        opened.load((slice(None), slice(None), slice(None, None, 2)))
+    failing_at(first, tmp_path / "v.npy", monkeypatch, note)
+    load_and_fail(tmp_path / "v.npy", 40)
     # As long as it would take for all of them.
     time.sleep(0.3)
     assert len(read_by_the_other) < 10
