@@ -2,7 +2,7 @@
 
 from annotations.errors import Cancelled
 from annotations.volumes.averaging import AVERAGED_BUDGET_VOXELS, averaged_level
-from annotations.volumes.cache import LevelCache
+from annotations.volumes.cache import LevelCache, prepare_cache
 from annotations.volumes.dataset_choice import DatasetChoice, DatasetChoiceNeeded
 from annotations.volumes.fingerprints import fingerprint
 from annotations.volumes.intensity_samples import evenly_sampled
@@ -74,6 +74,7 @@ __all__ = [
     "level_slice",
     "offered_spacing_um",
     "open_volume",
+    "prepare_cache",
     "preview_factors",
     "read_folder_answer",
     "read_sidecar",

@@ -264,7 +264,9 @@ class SliceView(QWidget):
     # Drawing
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        if self._is_image_first and self.size() != self._painted_size:
+        # One that waits for a turn of its own keeps it.
+        is_owed = self._layer_redrawing.is_owed
+        if self._is_image_first and self.size() != self._painted_size and not is_owed:
             self._layer_redrawing.ask()
         self._is_image_first, self._painted_size = False, self.size()
         painter = QPainter(self)

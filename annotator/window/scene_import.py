@@ -1,10 +1,11 @@
-"""The import of what the scene needs, which takes seconds: in a thread, after the first pictures."""
+"""The import of what the first volume and the scene need, which takes seconds: in a thread."""
 
 import importlib
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from annotations.fitting.pose_fit import prepare_fitting
+from annotations.volumes import prepare_cache
 from annotator.looks.redrawing import Redrawing
 from annotator.scene.libraries import load_libraries
 from annotator.session import Session
@@ -15,7 +16,7 @@ _PATIENCE_MS = 1000
 
 
 class SceneImport(QObject):
-    """Loads Mayavi, VTK and what the fit needs, in a thread.
+    """Loads Mayavi, VTK, and what levels and the fit need, in a thread.
 
     Signals
     -------
@@ -71,7 +72,8 @@ class SceneImport(QObject):
 
 
 def _load_for_fit_and_scene() -> None:
-    # First what takes less: the first fit need not wait for Mayavi.
+    # First what takes less: the first level and the first fit need not wait for Mayavi.
+    prepare_cache()
     prepare_fitting()
     load_libraries()
     importlib.import_module("annotator.scene.stage")

@@ -174,6 +174,31 @@ def test_the_turn_that_asks_is_never_the_one_in_which_it_is_painted(
     assert log == ["heard", "painted", "other"]
 
 
+@pytest.mark.parametrize("native", [False, True])
+def test_what_appears_while_painting_is_held_is_painted_with_the_rest(
+    qtbot: QtBot, looked: Looked, log: list[str], native: bool
+) -> None:
+    shown: list[str] = []
+    appearing = Looked(shown)
+    appearing.setParent(looked)
+    # As all are that the scene's window stands in: the system tells each of them when it is there.
+    appearing.setAttribute(Qt.WidgetAttribute.WA_NativeWindow, native)
+    if native:
+        assert appearing.winId()
+    painting = HeldPainting(looked)
+    order: list[str] = []
+    other = QObject()
+    Redrawing(lambda: order.extend((*shown, "other")), other).ask_apart()
+    painting.ask()
+    appearing.show()
+    looked.update()
+    QApplication.processEvents()
+    assert shown == log == []
+    qtbot.waitUntil(lambda: bool(order))
+    assert order[0] == "painted"
+    assert log
+
+
 def test_a_hidden_window_is_not_held_back(looked: Looked) -> None:
     looked.hide()
     HeldPainting(looked).ask()

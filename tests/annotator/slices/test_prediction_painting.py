@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QObject, QRectF
 from PySide6.QtGui import QColor, QImage
 from pytestqt.qtbot import QtBot
 
 from annotations.prediction.heatmap_cloud import HeatmapCloud, heatmap_cloud
 from annotator.looks.prediction_marks import REVIEW_LOOKS
+from annotator.looks.redrawing import Redrawing, owes_drawing
 from annotator.session import Session
 from annotator.session.predictions.drawn_prediction import DrawnPrediction, PairLabel
 from annotator.session.predictions.predicted import ShownPrediction
@@ -199,6 +200,23 @@ def test_where_a_panel_takes_its_room_what_is_predicted_is_drawn_a_turn_later(
     view.setFixedHeight(view.height() - 40)
     assert truth_px() == 0
     qtbot.waitUntil(lambda: truth_px() > 50)
+
+
+def test_what_waits_for_a_turn_of_its_own_keeps_it_where_a_panel_takes_its_room(
+    qtbot: QtBot, roomy_views: tuple[SliceView, ...], empty_session: Session
+) -> None:
+    view = roomy_views[2]
+    qtbot.waitUntil(lambda: not owes_drawing(view))
+    empty_session.volume_changed.emit()
+    view.draw_annotation_apart()
+    view.setFixedHeight(view.height() - 40)
+    assert view.grab()
+    turns: list[bool] = []
+    others = QObject()
+    Redrawing(lambda: turns.append(owes_drawing(view)), others).ask()
+    qtbot.waitUntil(lambda: bool(turns))
+    assert turns == [True]
+    qtbot.waitUntil(lambda: not owes_drawing(view))
 
 
 def test_a_pair_is_labelled_as_long_as_one_of_its_ends_is_in_sight(qapp: object) -> None:

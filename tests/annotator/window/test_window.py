@@ -174,15 +174,17 @@ def test_frame_of_the_first_window_fits_on_the_screen(qtbot, empty_session, sett
     assert window.width() < available.width()
 
 
-def test_a_volume_opens_while_what_the_fit_and_the_scene_need_is_loaded(
+def test_a_volume_opens_while_what_levels_the_fit_and_the_scene_need_is_loaded(
     qtbot, make_window, empty_session, volume_path, monkeypatch
 ):
-    begun, go_on = threading.Event(), threading.Event()
+    begun, go_on, levels_first = threading.Event(), threading.Event(), threading.Event()
 
     def load():
+        assert levels_first.is_set()
         begun.set()
         assert go_on.wait(10)
 
+    monkeypatch.setattr(scene_import, "prepare_cache", levels_first.set)
     monkeypatch.setattr(scene_import, "prepare_fitting", load)
     window = make_window(empty_session)
     window.prepare_scene()
