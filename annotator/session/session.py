@@ -322,6 +322,7 @@ class Session(SessionStepping):
             item, recovery = opened.found.item, opened.found.request.recovery
             self._lock(opened)
             self._document = opened.document
+            self._take_fit(opened.document, opened.fit)
             self._file = DocumentFile(
                 item.annotation_path,
                 item.volume_path,

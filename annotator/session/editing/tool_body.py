@@ -98,6 +98,10 @@ class SessionBody(SessionState):
         """Whether mistakes are being looked for."""
         return self._mistakes.is_running
 
+    def _take_fit(self, document: Annotation, fit: ToolFit | None) -> None:
+        """Keep what another thread has fitted to a document, with no pose to begin from."""
+        self._fitted, self._fit = document, fit
+
     def search_every_relabelling(self) -> None:
         """Try every way in which keypoints may have been interchanged; ``mistakes_changed`` follows."""
         if self._document is not None and self.tool is not None:

@@ -20,7 +20,7 @@ from annotations.documents.recovery import Recovery
 from annotations.documents.study import CONSENSUS
 from annotations.documents.volume_link import compare, reference_to
 from annotations.errors import UserError
-from annotations.fitting.pose_fit import prepare_fitting
+from annotations.fitting.pose_fit import ToolFit, fit_document, prepare_fitting
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tool
@@ -107,6 +107,8 @@ class Opened:
 
     Attributes
     ----------
+    fit : ToolFit or None
+        Of the tool to the document: it is shown with it.
     spacing_note : str
         Where the spacing comes from, in words.
     window : (float, float)
@@ -119,6 +121,7 @@ class Opened:
 
     found: Found
     document: Annotation
+    fit: ToolFit | None
     spacing_um: Vector
     spacing_note: str
     level: Level
@@ -233,10 +236,7 @@ def with_depth_axis(found: Found, depth_axis: int) -> Found:
 
 
 def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
-    """Read the preview and begin a document where there is none; takes a fraction of a second.
-
-    What is annotated is fitted as soon as it is shown: what that imports comes in this thread, too.
-    """
+    """Read the preview, fit the document, or begin one where there is none; takes a fraction of a second."""
     document = found.document or new_annotation(
         reference_to(found.volume, spacing_um, found.item.annotation_path, found.fingerprint),
         found.tool,
@@ -246,9 +246,10 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
         repeat=found.item.repeat,
     )
     recovery = found.request.recovery
-    shown = recovery.document if recovery is not None else document
-    if shown.positions_um or shown.placed_boxes:
+    if recovery is not None and (recovery.document.positions_um or recovery.document.placed_boxes):
+        # It is fitted once the session has gone on from it, in the session's own thread.
         prepare_fitting()
+    fit = fit_document(document, found.tool)
     level = strided_preview(found.volume, spacing_um).ready_to_draw()
     warnings = tuple(
         UserError(
@@ -261,6 +262,7 @@ def prepare(found: Found, spacing_um: Vector, spacing_note: str) -> Opened:
     return Opened(
         found,
         document,
+        fit,
         spacing_um,
         spacing_note,
         level,

@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import shutil
+import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from annotations.documents.study import Study, StudyVolume, save_study
 from annotations.volumes import sidecar_path, write_sidecar
 from annotator.session import Session
 from annotator.session.options import SessionOptions
+from annotator.session.volumes import opening
 from annotator.session.volumes.spacing_answer import SpacingAnswer
 
 
@@ -56,6 +58,17 @@ def other_volume(volume_path: Path) -> Path:
     np.save(path, 255 - np.load(volume_path))
     shutil.copy(sidecar_path(volume_path), sidecar_path(path))
     return path
+
+
+def test_what_the_fit_of_recovered_edits_needs_is_imported_by_the_thread_that_reads(
+    qtbot: QtBot, session: Session, options: SessionOptions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    die_with_edits(session)
+    threads: list[threading.Thread] = []
+    monkeypatch.setattr(opening, "prepare_fitting", lambda: threads.append(threading.current_thread()))
+    recover_and_wait(qtbot, session, only_recovery(options))
+    assert len(threads) == 1
+    assert threads[0] is not threading.main_thread()
 
 
 def test_another_volume_opened_meanwhile_does_not_get_the_edits(

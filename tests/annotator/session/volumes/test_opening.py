@@ -11,10 +11,14 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from annotations.documents.annotation import Annotation
+from annotations.fitting.pose_fit import ToolFit, fit_document
 from annotations.geometry.frames import Vector
 from annotations.geometry.kinematics import ToolPose, keypoints_um
+from annotations.geometry.tool import ToolSpecification
 from annotations.volumes import Cancelled, Level, Volume, averaged_level, read_sidecar, sidecar_path
 from annotator.session import Session
+from annotator.session.editing import tool_body
 from annotator.session.options import SessionOptions
 from annotator.session.volumes import level_loader, opening
 from annotator.session.volumes.spacing_answer import SpacingAnswer
@@ -275,18 +279,37 @@ def test_what_was_edited_while_another_volume_was_read_is_saved(
     assert json.loads(path.read_text())["keypoints"][0]["position_um"] == [7.0, 8.0, 9.0]
 
 
-def test_what_the_first_fit_needs_is_imported_by_the_thread_that_reads(
+def test_what_is_annotated_is_fitted_by_the_thread_that_reads(
     qtbot: QtBot, session: Session, volume_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write_volume(volume_path.with_name("v002.npy"))
-    threads: list[threading.Thread] = []
-    monkeypatch.setattr(opening, "prepare_fitting", lambda: threads.append(threading.current_thread()))
-    session.place((100.0, 100.0, 100.0))
+    assert session.tool is not None
+    pose = ToolPose((100.0, 100.0, 100.0), (1.0, 0.0, 0.0, 0.0))
+    for name, position_um in keypoints_um(pose, session.tool).items():
+        session.place(position_um, keypoint=name)
+    shown = session.tool_fit
     open_and_wait(qtbot, session, volume_path.with_name("v002.npy"))
-    assert threads == [], "nothing is annotated there"
+    assert session.tool_fit is None
+
+    threads: list[threading.Thread] = []
+
+    def fit(document: Annotation, tool: ToolSpecification) -> ToolFit | None:
+        threads.append(threading.current_thread())
+        return fit_document(document, tool)
+
+    monkeypatch.setattr(opening, "fit_document", fit)
+    monkeypatch.delattr(tool_body, "fit_document")
     open_and_wait(qtbot, session, volume_path)
     assert len(threads) == 1
     assert threads[0] is not threading.main_thread()
+    assert session.tool_fit is not None
+    assert shown is not None
+    assert session.tool_fit.pose == shown.pose
+    assert session.settled_pose == shown.pose
+    # It is not taken for that of what is edited.
+    monkeypatch.setattr(tool_body, "fit_document", lambda *_, **__: None, raising=False)
+    session.place((300.0, 100.0, 100.0), keypoint="k1")
+    assert session.tool_fit is None
 
 
 def test_two_presses_of_next_go_two_volumes_on(qtbot: QtBot, session: Session, volume_path: Path) -> None:
