@@ -4,9 +4,11 @@ import importlib
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
+from annotations.app_folders import cache_folder
 from annotations.fitting.pose_fit import prepare_fitting
 from annotations.volumes import prepare_cache
 from annotator.looks.redrawing import Redrawing
+from annotator.scene.compiled_classes import kept_classes
 from annotator.scene.libraries import load_libraries
 from annotator.session import Session
 from annotator.window.qt_classes import QtClasses
@@ -76,4 +78,5 @@ def _load_for_fit_and_scene() -> None:
     prepare_cache()
     prepare_fitting()
     load_libraries()
-    importlib.import_module("annotator.scene.stage")
+    with kept_classes(cache_folder()):
+        importlib.import_module("annotator.scene.stage")

@@ -37,7 +37,7 @@ def measure_start(home: Path, volume: Path | None) -> tuple[Figures, dict[str, o
     volume : Path or None
         To be opened at once.
     """
-    shutil.rmtree(home / _USER_FOLDERS["XDG_CACHE_HOME"] / "oct-annotator", ignore_errors=True)
+    shutil.rmtree(home / _USER_FOLDERS["XDG_CACHE_HOME"] / "oct-annotator" / "levels", ignore_errors=True)
     home.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, "-m", "tests.bench.started_application", *([str(volume)] if volume else [])]
     prefix = "start_with_volume" if volume else "start"
