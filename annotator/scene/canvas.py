@@ -37,6 +37,14 @@ for _name in [
     getattr(tvtk, _name, None)
 
 
+def find_opengl() -> object:
+    """Let VTK try what it can draw with, as it does for each window, and return what it tried.
+
+    The first time that loads OpenGL: as long as this is kept, not again.
+    """
+    return vtk.vtkRenderWindow()
+
+
 class Canvas(QObject):
     """Mayavi's scene without its tool bars, its mouse and its keys.
 
@@ -122,6 +130,10 @@ class Canvas(QObject):
                     painter.drawImage(self.widget.rect(), self.picture())
             return True
         return False
+
+    def draw_first(self) -> None:
+        """Draw an empty frame, for which OpenGL's context is made."""
+        self.window.Render()
 
     def show(self) -> None:
         """Be seen, from the next frame on."""

@@ -1,10 +1,11 @@
 """The scene's widget: gathers what the session says to be drawn, and tells it what was clicked."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Slot
+from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import (
     QCloseEvent,
     QColor,
@@ -18,6 +19,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from annotations.geometry.frames import Vector, vector, voxel_to_um
+from annotator.looks.redrawing import Redrawing
 from annotator.looks.windowing import dragged_window
 from annotator.scene.camera import Camera, aimed, fitted, preset, shifted, turned, zoomed
 from annotator.scene.colors import ground
@@ -31,6 +33,7 @@ from annotator.session.viewing.view import Preset, View
 from annotator.settings import Renderer
 
 if TYPE_CHECKING:
+    from annotator.scene.canvas import Canvas
     from annotator.scene.stage import SceneLook, Stage
 
 REST_MS = 130
@@ -47,8 +50,15 @@ _NOWHERE = Camera((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0), 1.0, 1.0)
 class SceneView(QWidget):
     """The open volume in three dimensions, with its keypoints.
 
-    Mayavi and VTK are imported by `start`, which comes by itself once the widget has been shown.
+    Mayavi and VTK are imported, and their scene is built, once the widget has been shown, or by `start`.
+
+    Signals
+    -------
+    started
+        The Mayavi scene is there, also where it is not seen yet.
     """
+
+    started = Signal()
 
     def __init__(
         self, session: Session, parent: QWidget | None = None, *, renderer: Renderer = "auto"
@@ -63,7 +73,10 @@ class SceneView(QWidget):
         self._renderer = renderer
         self._hand = Hand(session)
         self._cursor_at: QPointF | None = None
+        self._canvas: Canvas | None = None
         self._stage: Stage | None = None
+        self._steps: Iterator[None] | None = None
+        self._building = Redrawing(self._build_in_turn, self)
         self._closed = False
         self._camera: Camera | None = None
         self._fitted: Camera | None = None
@@ -91,12 +104,49 @@ class SceneView(QWidget):
 
     def start(self) -> None:
         """Build the Mayavi scene; does nothing where it is built already."""
-        if self._stage is not None or self._closed:
-            return
+        self._building.drop()
+        while self._build_next():
+            pass
+
+    def start_in_turns(self) -> None:
+        """Build it in turns of the event loop, between which the window answers; ``started`` follows."""
+        self._building.ask_apart()
+
+    def _build_in_turn(self) -> None:
+        if self._build_next():
+            self._building.ask_apart()
+
+    def _build_next(self) -> bool:
+        """Take the next step; return whether another one follows."""
+        if self._closed:
+            return False
+        if self._steps is None:
+            self._steps = self._build()
+        return next(self._steps, self) is None
+
+    def _build(self) -> Iterator[None]:
+        """Build the scene in steps that take 10 to 70 ms each; the fourth is VTK's first frame."""
+        from annotator.scene.canvas import Canvas, find_opengl
         from annotator.scene.stage import Stage
 
-        self._stage = Stage(self, self._draw, self._renderer)
-        canvas = self._stage.canvas.widget
+        # Kept until the scene has a window of its own: OpenGL would go with it, and come again.
+        tried = find_opengl()
+        yield
+        # Those of the system's windows in which that of the scene stands.
+        self.winId()
+        yield
+        self._canvas = Canvas(self, self._draw)
+        del tried
+        yield
+        self._canvas.draw_first()
+        yield
+        self._stage = Stage(self._canvas, self._renderer)
+        self._take_in(self._canvas.widget)
+        self._canvas.show()
+        self._redraw()
+        self.started.emit()
+
+    def _take_in(self, canvas: QWidget) -> None:
         canvas.setObjectName("scene_canvas")
         canvas.setAccessibleName("3D scene")
         self._layout.addWidget(canvas)
@@ -112,16 +162,15 @@ class SceneView(QWidget):
         gestures.look_requested.connect(self._on_gestures_look_requested)
         gestures.hovered.connect(self._on_gestures_hovered)
         gestures.left.connect(self._on_gestures_left)
-        self._stage.canvas.show()
-        self._redraw()
 
     def shut_down(self) -> None:
         """Let go of everything that Mayavi, VTK and OpenGL hold; call it before the window goes."""
         self._closed = True
         self._rest.stop()
         self._follow.stop()
-        if self._stage is not None:
-            self._stage.canvas.close()
+        self._building.drop()
+        if self._canvas is not None:
+            self._canvas.close()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -134,7 +183,7 @@ class SceneView(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         # The window is drawn first; importing Mayavi takes seconds.
-        QTimer.singleShot(0, self, self.start)
+        self.start_in_turns()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         self.shut_down()

@@ -4,12 +4,11 @@ Importing this module imports Mayavi and VTK, which takes seconds.
 """
 
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import vtk
 from PySide6.QtGui import QFont
-from PySide6.QtWidgets import QWidget
 
 from annotations.geometry.frames import Vector
 from annotations.geometry.tool import ToolSpecification
@@ -84,8 +83,8 @@ class Stage:
     renderers : Renderers
     """
 
-    def __init__(self, parent: QWidget, draw: Callable[[], None], choice: Renderer) -> None:
-        self.canvas = Canvas(parent, draw)
+    def __init__(self, canvas: Canvas, choice: Renderer) -> None:
+        self.canvas = canvas
         self.renderers = Renderers(self.canvas.window, self.canvas.renderer)
         if choice == "auto":
             self._software = is_software(self.renderers.renderer_name())

@@ -271,6 +271,7 @@ class MainWindow(QMainWindow):
         self._panels.predictions.action_requested.connect(self._on_predictions_action_requested)
         self._scene_import.imported.connect(self._on_scene_imported)
         self._scene_import.failed.connect(self.questions.show_error)
+        self.scene.started.connect(self.scene_prepared)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
@@ -330,8 +331,7 @@ class MainWindow(QMainWindow):
     def _on_scene_imported(self) -> None:
         self.four_up.show_scene()
         # Also while nothing is open: the first volume then need not wait for it.
-        self.scene.start()
-        self.scene_prepared.emit()
+        self.scene.start_in_turns()
 
     @Slot(str)
     def _on_annotation_window_title_changed(self, title: str) -> None:

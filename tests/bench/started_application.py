@@ -79,12 +79,12 @@ def main() -> int:
             return window.session.volume is not None and any(view.times_drawn for view in window.slices)
 
         def _has_scene(self, window: MainWindow) -> bool:
-            stage = window.scene._stage
-            if stage is None:
-                return False
-            if self._watchdog.frames is None:
-                self._watchdog.frames = Frames(stage.canvas.window)
-            return not with_volume or window.scene.volume_draws > 0
+            canvas = window.scene._canvas
+            if canvas is not None and self._watchdog.frames is None:
+                # Before the first frame, for which OpenGL's context is made.
+                self._watchdog.frames = Frames(canvas.window)
+            is_built = window.scene._stage is not None
+            return is_built and (not with_volume or window.scene.volume_draws > 0)
 
     made = start.make_application
 

@@ -286,6 +286,42 @@ def test_a_grab_shows_the_scene(scene) -> None:
     assert not picture.isNull()
 
 
+@pytest.fixture
+def half_built(qtbot: QtBot, session: Session) -> SceneView:
+    """A shown view of which VTK's window is there already, and the rest is not."""
+    view = SceneView(session)
+    qtbot.addWidget(view)
+    view.resize(100, 80)
+    view.show()
+    qtbot.waitUntil(lambda: view._canvas is not None)
+    return view
+
+
+def test_the_window_answers_while_the_scene_is_built(qtbot: QtBot, half_built: SceneView) -> None:
+    assert half_built._stage is None
+    assert half_built.volume_draws == 0
+    with qtbot.waitSignal(half_built.started):
+        half_built.resize(120, 90)
+    qtbot.waitUntil(lambda: half_built.volume_draws > 0)
+
+
+def test_who_needs_the_scene_at_once_need_not_wait_for_the_rest(qtbot: QtBot, half_built: SceneView) -> None:
+    started: list[bool] = []
+    half_built.started.connect(lambda: started.append(True))
+    assert not half_built.picture().isNull()
+    half_built.start()
+    qtbot.wait(20)
+    assert started == [True]
+
+
+def test_closed_halfway_it_is_never_built(qtbot: QtBot, half_built: SceneView) -> None:
+    half_built.close()
+    half_built.start()
+    qtbot.wait(20)
+    assert half_built._stage is None
+    assert half_built.picture().isNull()
+
+
 def test_views_come_and_go_without_a_trace(qtbot: QtBot, session: Session) -> None:
     gone: list[weakref.ref] = []
     for number in range(20):
@@ -301,9 +337,13 @@ def test_views_come_and_go_without_a_trace(qtbot: QtBot, session: Session) -> No
         del view
         QApplication.processEvents()
     QApplication.sendPostedEvents(None, 52)  # deferred deletions
-    QApplication.processEvents()
-    gc.collect()
-    assert [reference for reference in gone if reference() is not None] == []
+
+    def is_nothing_left() -> bool:
+        gc.collect()
+        return all(reference() is None for reference in gone)
+
+    # What waits for a turn of its own is passed over in it.
+    qtbot.waitUntil(is_nothing_left)
     session.place((1.0, 2.0, 3.0), keypoint="k0")
 
 
