@@ -10,7 +10,7 @@ import numpy as np
 from annotations.errors import Cancelled
 from annotations.volumes.levels import Level, displayed_dtype, merged_shape, preview_factors
 from annotations.volumes.spacing import SpacingUm, validate_spacing_um
-from annotations.volumes.volume import Array, Region, Volume
+from annotations.volumes.volume import Array, Region, Volume, with_axis
 
 AVERAGED_BUDGET_VOXELS = 5_000_000
 """What a renderer without a GPU draws at rest in under half a second."""
@@ -61,28 +61,28 @@ def averaged_level(
     data = np.empty(merged_shape(volume.shape, factors), displayed_dtype(volume.dtype), order="F")
     progress(0.0)
     done = 0
-    tiles = list(_tiles(volume, factors))
     slow = 2 if volume.fortran_order else 0
     counted = _counted_planes(volume, factors[slow])
-    counted_factors = tuple(counted if axis == slow else factor for axis, factor in enumerate(factors))
-    for region, following in zip(tiles, [*tiles[1:], None], strict=True):
+    # In the order of memory, as the sums run along it.
+    others = factors[1::-1] if volume.fortran_order else factors[1:]
+    tiles = list(_tiles(volume, factors, counted))
+    parts = [_parts(tile, slow, factors[slow], counted) for tile in tiles]
+    for region, read, following in zip(tiles, parts, [*parts[1:], []], strict=True):
         if cancelled():
             raise Cancelled
-        if following is not None:
-            for part in _parts(following, slow, factors[slow], counted):
-                volume.prefetch(part)
-        parts = [volume.read(part) for part in _parts(region, slow, factors[slow], counted)]
-        values = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=slow)
+        for part in following:
+            volume.prefetch(part)
+        found = [volume.read(part) for part in read]
+        if volume.fortran_order:
+            found = [each.transpose() for each in found]
+        if counted == factors[slow]:
+            found = [found[0][place::counted] for place in range(min(counted, len(found[0])))]
+        means = _means(found, others, data.dtype)
         first, second, third = (
             slice(part.start // factor, -(-part.stop // factor))
             for part, factor in zip(region, factors, strict=True)
         )
-        if volume.fortran_order:
-            # The sums run along memory when the axes are turned round.
-            means = _means(values.transpose(), counted_factors[::-1], data.dtype).transpose()
-        else:
-            means = _means(values, counted_factors, data.dtype)
-        data[first, second, third] = means
+        data[first, second, third] = means.transpose() if volume.fortran_order else means
         done += math.prod(part.stop - part.start for part in region)
         progress(done / math.prod(volume.shape))
     spacing_of_blocks = np.multiply(spacing, factors)
@@ -105,25 +105,24 @@ def _counted_planes(volume: Volume, factor: int) -> int:
 
 
 def _parts(region: Region, slow: int, factor: int, counted: int) -> list[Region]:
-    """Return a region, or those of its planes that count: evenly over each block, alike in all of them."""
+    """Return a tile, or those of its planes that count: evenly over each block, alike in all of them.
+
+    Each is the planes that have one place in their blocks, of all the tile's blocks.
+    """
     if counted == factor:
         return [region]
-    parts = []
-    for begin in range(region[slow].start, region[slow].stop, factor):
-        length = min(factor, region[slow].stop - begin)
-        count = min(counted, length)
-        for number in range(count):
-            index = begin + (2 * number + 1) * length // (2 * count)
-            first, second, third = (
-                slice(index, index + 1) if axis == slow else part for axis, part in enumerate(region)
-            )
-            parts.append((first, second, third))
-    return parts
+    along = region[slow]
+    # A block at the end that is a partial one is a tile of its own.
+    length = min(factor, along.stop - along.start)
+    count = min(counted, length)
+    places = [(2 * number + 1) * length // (2 * count) for number in range(count)]
+    return [with_axis(region, slow, slice(along.start + place, along.stop, factor)) for place in places]
 
 
-def _tiles(volume: Volume, factors: Sequence[int]) -> Iterator[Region]:
+def _tiles(volume: Volume, factors: Sequence[int], counted: int) -> Iterator[Region]:
     """Cut a volume into tiles of whole blocks, in the order of the file, near to whole chunks, and small."""
-    limit = _TILE_BYTES // volume.dtype.itemsize
+    slow = 2 if volume.fortran_order else 0
+    limit = _TILE_BYTES // volume.dtype.itemsize * factors[slow] // counted
     chunks = volume.chunks or (1, 1, 1)
     edges = [
         min(-(-length // factor), max(1, round(chunk / factor))) * factor
@@ -134,6 +133,10 @@ def _tiles(volume: Volume, factors: Sequence[int]) -> Iterator[Region]:
         most = -(-volume.shape[axis] // edges[axis])
         edges[axis] *= min(most, max(1, limit // math.prod(edges)))
     cuts = [_cuts(length, edge) for length, edge in zip(volume.shape, edges, strict=True)]
+    if counted < factors[slow] and (rest := volume.shape[slow] % factors[slow]):
+        # The planes that count lie elsewhere in a partial block.
+        whole = volume.shape[slow] - rest
+        cuts[slow] = [*_cuts(whole, edges[slow]), slice(whole, whole + rest)]
     if volume.fortran_order:
         for third, second, first in itertools.product(*reversed(cuts)):
             yield (first, second, third)
@@ -145,39 +148,63 @@ def _cuts(length: int, edge: int) -> list[slice]:
     return [slice(start, min(start + edge, length)) for start in range(0, length, edge)]
 
 
-def _means(values: Array, factors: Sequence[int], dtype: np.dtype[Any]) -> Array:
+def _means(planes: Sequence[Array], factors: Sequence[int], dtype: np.dtype[Any]) -> Array:
+    """Return the means of a tile's blocks.
+
+    Parameters
+    ----------
+    planes : sequence of numpy.ndarray
+        The first, second … plane of each block: the index along axis 0 is the block's. The last block may
+        lack some.
+    factors : sequence of int
+        Of the blocks along axes 1 and 2.
+    """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         counts: Array
-        if values.dtype.kind == "f" and np.isnan(values).any():
-            valid = ~np.isnan(values)
-            sums = _sums(np.where(valid, values, 0), factors)
-            counts = _sums(valid.view(np.uint8), factors)
+        if planes[0].dtype.kind == "f" and any(np.isnan(each).any() for each in planes):
+            valid = [~np.isnan(each) for each in planes]
+            sums = _sums([np.where(*each, 0) for each in zip(valid, planes, strict=True)], factors)
+            counts = _sums([each.view(np.uint8) for each in valid], factors)
         else:
-            sums = _sums(values, factors)
-            counts = _block_sizes(values.shape, factors)
+            sums = _sums(planes, factors)
+            counts = _block_sizes(planes, factors)
         means = sums / counts
         if dtype.kind in "iu":
             np.rint(means, out=means)
         return means.astype(dtype)
 
 
-def _sums(values: Array, factors: Sequence[int]) -> Array:
+def _sums(planes: Sequence[Array], factors: Sequence[int]) -> Array:
     """Sum over blocks, one axis after the other, each time in the narrowest type that holds the sums."""
     peak = 0
-    if values.dtype.kind in "iu" and values.dtype.itemsize <= 2:
-        bounds = np.iinfo(values.dtype)
+    if planes[0].dtype.kind in "iu" and planes[0].dtype.itemsize <= 2:
+        bounds = np.iinfo(planes[0].dtype)
         peak = max(int(bounds.max), -int(bounds.min))
-    for axis, factor in enumerate(factors):
-        peak *= factor
-        dtype = _accumulator(values.dtype, peak)
-        shape = list(values.shape)
-        shape[axis] = -(-shape[axis] // factor)
-        sums = np.zeros(shape, dtype)
-        for offset in range(min(factor, values.shape[axis])):
-            addend = values[(slice(None),) * axis + (slice(offset, None, factor),)]
-            sums[(slice(None),) * axis + (slice(addend.shape[axis]),)] += addend
-        values = sums
-    return values
+    second, third = factors
+    if len(planes) < second // 2:
+        # Whole planes are added faster than rows, but few of them leave much to be added.
+        peak *= second
+        planes = [_merged(each, 1, second, peak) for each in planes]
+        second = 1
+    peak *= len(planes)
+    sums = _added(planes, peak)
+    peak *= second
+    sums = _merged(sums, 1, second, peak)
+    return _merged(sums, 2, third, peak * third)
+
+
+def _merged(values: Array, axis: int, factor: int, peak: int) -> Array:
+    before = (slice(None),) * axis
+    places = range(min(factor, values.shape[axis]))
+    return _added([values[(*before, slice(place, None, factor))] for place in places], peak)
+
+
+def _added(addends: Sequence[Array], peak: int) -> Array:
+    """Add arrays of which the first is the longest along each axis."""
+    total = np.zeros(addends[0].shape, _accumulator(addends[0].dtype, peak))
+    for addend in addends:
+        total[tuple(slice(length) for length in addend.shape)] += addend
+    return total
 
 
 def _accumulator(dtype: np.dtype[Any], peak: int) -> type[np.number[Any]]:
@@ -189,12 +216,15 @@ def _accumulator(dtype: np.dtype[Any], peak: int) -> type[np.number[Any]]:
     return next((each for each in narrow if peak <= np.iinfo(each).max), np.float64)
 
 
-def _block_sizes(shape: Sequence[int], factors: Sequence[int]) -> Array:
+def _block_sizes(planes: Sequence[Array], factors: Sequence[int]) -> Array:
+    first = np.zeros(len(planes[0]))
+    for each in planes:
+        first[: len(each)] += 1
     sizes: list[Array] = []
-    for length, factor in zip(shape, factors, strict=True):
+    for length, factor in zip(planes[0].shape[1:], factors, strict=True):
         along = np.full(-(-length // factor), factor, dtype=np.float64)
         along[-1] = length - factor * (len(along) - 1)
         sizes.append(along)
-    first, second, third = sizes
+    second, third = sizes
     counts: Array = first[:, None, None] * second[None, :, None] * third[None, None, :]
     return counts

@@ -175,7 +175,7 @@ class Volume:
         pieces = []
         for place in range(0, len(along), count):
             some = along[place : place + count]
-            pieces.append(_with_axis(inside, slow, slice(some[0], some[-1] + 1, some.step)))
+            pieces.append(with_axis(inside, slow, slice(some[0], some[-1] + 1, some.step)))
         loaded = np.empty([len(range(part.start, part.stop, part.step)) for part in inside], self.dtype)
         for part in pieces[:2]:
             self.prefetch(part)
@@ -188,7 +188,7 @@ class Volume:
                 for following in pieces[number + 2 : number + 3]:
                     self.prefetch(following)
                 target = slice(number * count, (number + 1) * count)
-                loaded[_with_axis((WHOLE, WHOLE, WHOLE), slow, target)] = self.read(pieces[number])
+                loaded[with_axis((WHOLE, WHOLE, WHOLE), slow, target)] = self.read(pieces[number])
 
         is_sparse = any(part.step > 1 for part in inside)
         if len(pieces) > 1 and is_sparse and loaded.nbytes >= _SHARED_BYTES:
@@ -226,7 +226,7 @@ class Volume:
         """
         if not 0 <= index < self.shape[axis]:
             raise IndexError(f"no plane {index} along axis {axis} of a volume of shape {self.shape}")
-        return self.load(_with_axis((WHOLE, WHOLE, WHOLE), axis, slice(index, index + 1))).squeeze(axis)
+        return self.load(with_axis((WHOLE, WHOLE, WHOLE), axis, slice(index, index + 1))).squeeze(axis)
 
     def close(self) -> None:
         """Let go of the file. Arrays already handed out stay good; closing again does nothing."""
@@ -343,7 +343,8 @@ def _in_turn(work: Callable[[range, Callable[[], bool]], None], count: int) -> N
         raise problems[0]
 
 
-def _with_axis(region: Region, axis: int, part: slice) -> Region:
+def with_axis(region: Region, axis: int, part: slice) -> Region:
+    """Return a region with another part of one axis."""
     first, second, third = (part if place == axis else each for place, each in enumerate(region))
     return (first, second, third)
 

@@ -151,7 +151,7 @@ def test_a_file_in_chunks_is_read_in_tiles_of_about_their_size(writers, tmp_path
     volume = open_volume(writers["hdf5 compressed"](tmp_path, array))
     assert volume.chunks == (3, 3, 3)
     assert preview_factors(array.shape, (1, 1, 1), 300) == (2, 2, 2)
-    tiles = list(averaging._tiles(volume, (2, 2, 2)))
+    tiles = list(averaging._tiles(volume, (2, 2, 2), 2))
     covered = np.zeros(array.shape, int)
     for tile in tiles:
         covered[tile] += 1
@@ -207,15 +207,37 @@ def test_no_more_is_read_of_a_volume_four_times_as_large(
     assert read[1] <= read[0] == 32**3
 
 
-@given(size=st.integers(1, 30), factor=st.integers(1, 12), counted=st.integers(1, 12))
-def test_the_planes_that_count_lie_in_their_blocks(size: int, factor: int, counted: int) -> None:
-    region = (slice(0, size), slice(0, 2), slice(0, 3))
-    parts = averaging._parts(region, 0, factor, min(counted, factor))
-    if counted >= factor:
-        assert parts == [region]
-        return
-    indices = [part[0].start for part in parts]
-    assert indices == sorted(set(indices))
-    for begin in range(0, size, factor):
-        inside = [index for index in indices if begin <= index < min(begin + factor, size)]
-        assert len(inside) == min(counted, factor, size - begin)
+@given(
+    blocks=st.integers(1, 5), rest=st.integers(1, 12), factor=st.integers(2, 12), counted=st.integers(1, 11)
+)
+def test_the_planes_that_count_lie_in_their_blocks(blocks: int, rest: int, factor: int, counted: int) -> None:
+    counted = min(counted, factor - 1)
+    # Of a tile of whole blocks, and of the partial one at the end of an axis.
+    for size in (blocks * factor, min(rest, factor - 1)):
+        region = (slice(20, 20 + size), slice(0, 2), slice(0, 3))
+        parts = averaging._parts(region, 0, factor, counted)
+        assert all(part[1:] == region[1:] for part in parts)
+        indices = [index for part in parts for index in range(part[0].start, part[0].stop, part[0].step)]
+        assert len(indices) == len(set(indices))
+        for begin in range(20, 20 + size, factor):
+            end = min(begin + factor, 20 + size)
+            inside = [index for index in indices if begin <= index < end]
+            assert len(inside) == min(counted, end - begin)
+    assert averaging._parts(region, 0, factor, factor) == [region]
+
+
+@given(
+    shape=st.tuples(*[st.integers(1, 20)] * 3),
+    factors=st.tuples(*[st.integers(1, 9)] * 3),
+    kind=st.sampled_from(["u1", "i2", "u4", "f4"]),
+    missing=st.booleans(),
+)
+def test_means_are_those_of_blocks_of_any_shape(
+    shape: tuple[int, int, int], factors: tuple[int, int, int], kind: str, missing: bool
+) -> None:
+    values = np.random.default_rng(2).integers(0, 120, shape).astype(kind)
+    if missing and kind == "f4":
+        values[values > 90] = np.nan
+    planes = [values[place :: factors[0]] for place in range(min(factors[0], shape[0]))]
+    found = averaging._means(planes, factors[1:], np.dtype(np.float64))
+    np.testing.assert_allclose(found, slow_means(values, factors), rtol=1e-12)
