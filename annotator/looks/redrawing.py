@@ -4,7 +4,6 @@ from collections import deque
 from collections.abc import Callable
 
 from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer, Slot
-from PySide6.QtGui import QExposeEvent, QPaintEvent, QRegion, QWindow
 from PySide6.QtWidgets import QWidget
 
 _AFTER_PAINTING = Qt.EventPriority.LowEventPriority.value - 1
@@ -95,33 +94,32 @@ class HeldPainting(QObject):
         super().__init__(window)
         self._window = window
         self._redrawing = Redrawing(self._paint, self)
-        self._held: list[QWindow] = []
-        self._uncovered: dict[QWindow, QRegion] = {}
+        self._appearing: QWidget | None = None
 
     def ask(self) -> None:
         """Hold back what is asked to be painted from now on until the next turn."""
         if self._window.isVisible() and not self._redrawing.is_owed:
-            handle = self._window.windowHandle()
-            self._held = [handle, *handle.findChildren(QWindow)]
-            for held in (self._window, *self._held):
-                held.installEventFilter(self)
+            self._window.installEventFilter(self)
             self._redrawing.ask_apart(first=True)
 
-    def eventFilter(self, held: QObject, event: QEvent) -> bool:
-        # What has just been shown is painted as soon as the system tells that its place is there.
-        if isinstance(held, QWindow) and held.isExposed():
-            if isinstance(event, QPaintEvent):
-                self._uncovered[held] = self._uncovered.get(held, QRegion()) + event.region()
-            return event.type() in (QEvent.Type.Expose, QEvent.Type.Paint)
+    def show(self, part: QWidget) -> None:
+        """Show a part of the window; it is painted in that turn, too, if there is to be one.
+
+        The system asks for what comes into sight, and Qt does not wait with it.
+        """
+        if self._redrawing.is_owed:
+            part.setUpdatesEnabled(False)
+            self._appearing = part
+        part.show()
+
+    def eventFilter(self, _window: QObject, event: QEvent) -> bool:
         return event.type() == QEvent.Type.UpdateRequest
 
     def _paint(self) -> None:
-        held, self._held = self._held, []
-        uncovered, self._uncovered = self._uncovered, {}
-        for each in (self._window, *held):
-            each.removeEventFilter(self)
-        for window, place in uncovered.items():
-            QCoreApplication.sendEvent(window, QExposeEvent(place))
+        self._window.removeEventFilter(self)
+        if self._appearing is not None:
+            self._appearing.setUpdatesEnabled(True)
+            self._appearing = None
         # All in one go: each painting of its own would be sent to the screen for itself.
         QCoreApplication.sendEvent(self._window, QEvent(QEvent.Type.UpdateRequest))
 

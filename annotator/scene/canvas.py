@@ -68,7 +68,7 @@ class Canvas(QObject):
         super().__init__(parent)
         self._draw = draw
         self._open = True
-        self._is_asked = self._is_due = False
+        self._is_asked = self._is_due = self._is_wanted = False
         self._turn = Redrawing(self._ask_in_turn, self)
         self.scene = Scene(parent)
         self._engine = Engine()
@@ -83,10 +83,11 @@ class Canvas(QObject):
         # On a platform without screen VTK draws into memory, and the picture is painted like any widget's:
         # so a window can be grabbed whole.
         self._painted = QGuiApplication.platformName() == "offscreen"
+        # There is nothing to be seen, nor to be read, before the first frame.
+        self.widget.hide()
         if self._painted:
             self.widget.setAttribute(Qt.WidgetAttribute.WA_PaintOnScreen, on=False)
         else:
-            self.widget.hide()
             room = self.widget.sizePolicy()
             room.setRetainSizeWhenHidden(True)
             self.widget.setSizePolicy(room)
@@ -137,6 +138,7 @@ class Canvas(QObject):
 
     def show(self) -> None:
         """Be seen, from the next frame on."""
+        self._is_wanted = True
         if self._painted:
             self.widget.show()
         else:
@@ -178,7 +180,7 @@ class Canvas(QObject):
 
     def _ask_in_turn(self) -> None:
         self._is_asked = False
-        if self._open and self.widget.isHidden() and self._behind.isVisible():
+        if self._open and self._is_wanted and self.widget.isHidden() and self._behind.isVisible():
             # The system asks for what comes into sight.
             self.widget.show()
             return

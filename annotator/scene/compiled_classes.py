@@ -1,6 +1,7 @@
 """TVTK's classes, compiled once and kept.
 
-They come as an archive of sources, which Python would compile at each start of the program.
+They come as an archive of sources, and of what another Python has made of them: this one would compile them
+at each start.
 """
 
 import contextlib
@@ -19,6 +20,7 @@ from annotations.durable_files import SaveError, replace_durably
 _log = logging.getLogger(__name__)
 
 _ARCHIVE = "tvtk_classes.zip"
+_PACKAGE = "tvtk_classes"
 _KEPT = "tvtk-classes.code"
 
 
@@ -27,7 +29,7 @@ def kept_classes(folder: Path) -> Iterator[None]:
     """Import TVTK's classes as they were compiled before, and keep what is compiled in the block.
 
     To compile them takes a seventh of Mayavi's import, and the largest of them keeps Python's lock for 50 ms.
-    Nothing here ever fails an import: what cannot be read is compiled, what cannot be written is not kept.
+    What cannot be read is compiled, what cannot be written is not kept.
 
     Parameters
     ----------
@@ -42,23 +44,16 @@ def kept_classes(folder: Path) -> Iterator[None]:
     path, identity = folder / _KEPT, _identity(archive)
     known = _read(path, identity)
     codes = dict(known)
-
-    def importer(place: str) -> _Importer:
-        if not Path(place).is_relative_to(archive):
-            raise ImportError(f"{place} is not in {archive}")
-        return _Importer(place, codes)
-
-    sys.path_hooks.insert(0, importer)
-    try:
-        yield
-    finally:
-        sys.path_hooks.remove(importer)
+    for place in (str(archive), str(archive / _PACKAGE)):
+        # Where Python looks first. In its list of hooks another thread's import could miss one of them.
+        sys.path_importer_cache[place] = _Importer(place, codes)
+    yield
     if codes != known:
         try:
             replace_durably(path, _packed(codes, identity))
         except SaveError as error:
             _log.warning("TVTK's compiled classes are not kept: %s", error)
-    # Python keeps the importer, and what runs once is some 4 MiB.
+    # Python keeps the importers, and what has run is some 4 MiB.
     known.clear()
     codes.clear()
 
@@ -73,12 +68,7 @@ class _Importer(zipimport.zipimporter):
     def get_code(self, fullname: str) -> CodeType:
         code = self._codes.get(fullname)
         if code is None:
-            source = self.get_source(fullname)
-            if source is None:
-                raise zipimport.ZipImportError(f"there is no source of {fullname}", name=fullname)
-            code = self._codes[fullname] = compile(
-                source, self.get_filename(fullname), "exec", dont_inherit=True
-            )
+            code = self._codes[fullname] = super().get_code(fullname)
         return code
 
     def get_filename(self, fullname: str) -> str:

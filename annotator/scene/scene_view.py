@@ -1,6 +1,6 @@
 """The scene's widget: gathers what the session says to be drawn, and tells it what was clicked."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -50,7 +50,8 @@ _NOWHERE = Camera((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0), 1.0, 1.0)
 class SceneView(QWidget):
     """The open volume in three dimensions, with its keypoints.
 
-    Mayavi and VTK are imported, and their scene is built, once the widget has been shown, or by `start`.
+    Mayavi and VTK are imported, and their scene is built, by `start` or `start_in_turns`; the second comes by
+    itself once the widget has been shown.
 
     Signals
     -------
@@ -75,7 +76,8 @@ class SceneView(QWidget):
         self._cursor_at: QPointF | None = None
         self._canvas: Canvas | None = None
         self._stage: Stage | None = None
-        self._steps: Iterator[None] | None = None
+        self._steps: Generator[Stage | None] | None = None
+        self._is_building = False
         self._building = Redrawing(self._build_in_turn, self)
         self._closed = False
         self._camera: Camera | None = None
@@ -117,34 +119,51 @@ class SceneView(QWidget):
             self._building.ask_apart()
 
     def _build_next(self) -> bool:
-        """Take the next step; return whether another one follows."""
-        if self._closed:
+        """Take the next step; return whether another one follows. One that failed is begun again."""
+        # Asked for by what a step has called: the rest follows.
+        if self._closed or self._stage is not None or self._is_building:
             return False
-        if self._steps is None:
-            self._steps = self._build()
-        return next(self._steps, self) is None
+        self._steps = self._steps or self._build()
+        self._is_building = True
+        try:
+            self._stage = next(self._steps)
+        except BaseException:
+            self._forget_canvas()
+            raise
+        finally:
+            self._is_building = False
+        if self._stage is None:
+            return True
+        self._steps = None
+        self.started.emit()
+        return False
 
-    def _build(self) -> Iterator[None]:
-        """Build the scene in steps that take 10 to 70 ms each; the fourth is VTK's first frame."""
+    def _forget_canvas(self) -> None:
+        canvas, self._canvas, self._steps = self._canvas, None, None
+        if canvas is not None:
+            canvas.close()
+
+    def _build(self) -> Generator["Stage | None"]:
+        """Build the scene in steps; the fourth is VTK's first frame, and the last one has the stage."""
         from annotator.scene.canvas import Canvas, find_opengl
         from annotator.scene.stage import Stage
 
         # Kept until the scene has a window of its own: OpenGL would go with it, and come again.
         tried = find_opengl()
-        yield
+        yield None
         # Those of the system's windows in which that of the scene stands.
         self.winId()
-        yield
+        yield None
         self._canvas = Canvas(self, self._draw)
         del tried
-        yield
+        yield None
         self._canvas.draw_first()
-        yield
-        self._stage = Stage(self._canvas, self._renderer)
+        yield None
+        stage = Stage(self._canvas, self._renderer)
         self._take_in(self._canvas.widget)
         self._canvas.show()
-        self._redraw()
-        self.started.emit()
+        self._canvas.widget.update()
+        yield stage
 
     def _take_in(self, canvas: QWidget) -> None:
         canvas.setObjectName("scene_canvas")
@@ -171,6 +190,8 @@ class SceneView(QWidget):
         self._building.drop()
         if self._canvas is not None:
             self._canvas.close()
+        # What VTK has tried goes with them.
+        self._steps = None
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

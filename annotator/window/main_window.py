@@ -303,7 +303,10 @@ class MainWindow(QMainWindow):
         if (self.four_up.isVisibleTo(self), self._start_page.isVisibleTo(self)) == (is_open, not is_open):
             return
         self._start_page.setVisible(not is_open)
-        self.four_up.setVisible(is_open)
+        if is_open:
+            self._held_painting.show(self.four_up)
+        else:
+            self.four_up.hide()
         # Keys act at once, instead of landing in the first text field.
         first = self.slices[self.four_up.used_axis] if is_open else self._start_page
         first.setFocus()

@@ -190,13 +190,21 @@ def test_what_appears_while_painting_is_held_is_painted_with_the_rest(
     other = QObject()
     Redrawing(lambda: order.extend((*shown, "other")), other).ask_apart()
     painting.ask()
-    appearing.show()
+    painting.show(appearing)
     looked.update()
     QApplication.processEvents()
     assert shown == log == []
     qtbot.waitUntil(lambda: bool(order))
     assert order[0] == "painted"
     assert log
+
+
+def test_what_appears_at_any_other_time_is_painted_at_once(qtbot: QtBot, looked: Looked) -> None:
+    shown: list[str] = []
+    appearing = Looked(shown)
+    appearing.setParent(looked)
+    HeldPainting(looked).show(appearing)
+    qtbot.waitUntil(lambda: bool(shown))
 
 
 def test_a_hidden_window_is_not_held_back(looked: Looked) -> None:

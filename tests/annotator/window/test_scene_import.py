@@ -26,7 +26,7 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
 def window(make_window: MakeWindow, empty_session: Session, monkeypatch: pytest.MonkeyPatch) -> MainWindow:
     window = make_window(empty_session)
     # Nothing is loaded for it.
-    monkeypatch.setattr(window.scene, "start", lambda: None)
+    monkeypatch.setattr(window.scene, "start_in_turns", window.scene.started.emit)
     return window
 
 
@@ -55,7 +55,7 @@ def test_it_begins_without_a_volume_that_keeps_a_person_waiting(
 ) -> None:
     monkeypatch.setattr(scene_import, "_PATIENCE_MS", 20)
     window = make_window(empty_session)
-    monkeypatch.setattr(window.scene, "start", lambda: None)
+    monkeypatch.setattr(window.scene, "start_in_turns", window.scene.started.emit)
     with qtbot.waitSignal(window.scene_prepared):
         window.prepare_scene(after_volume=True)
     assert begun.is_set()
@@ -72,7 +72,7 @@ def test_it_begins_once(
     monkeypatch.setattr(scene_import, "_PATIENCE_MS", 300)
     monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", lambda: times.append(None))
     window = make_window(empty_session)
-    monkeypatch.setattr(window.scene, "start", lambda: None)
+    monkeypatch.setattr(window.scene, "start_in_turns", lambda: None)
     window.prepare_scene(after_volume=True)
     for _ in range(2):
         with qtbot.waitSignal(
