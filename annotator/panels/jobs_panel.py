@@ -10,8 +10,8 @@ from annotator.session import Session
 from annotator.session.jobs import Job
 
 _STEPS = 1000
-# What is done sooner would only flicker, and draw the status bar twice from each volume to the next.
-_WAIT_MS = 150
+# What is done sooner would only flicker, and lay the window out twice beside the threads that open a study.
+_WAIT_MS = 500
 
 
 class JobsPanel(QWidget):
