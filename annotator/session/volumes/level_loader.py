@@ -1,5 +1,7 @@
 """Brings the open volume's levels of detail: the averaged one, and full resolution where it is asked for."""
 
+import math
+import time
 from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Signal
@@ -19,6 +21,11 @@ from annotator.session.jobs import Job, Jobs
 # away from a keypoint on its axis, is in there: 10 million voxels of the full volume.
 DETAIL_WIDTH_UM = 2000.0
 DETAIL_DEPTH_UM = 5000.0
+
+# A larger volume is averaged for longer than a picture takes: the first pictures, the scene's, and the sharp
+# slices come sooner where it begins after them.
+_AT_ONCE_VOXELS = 10 * AVERAGED_BUDGET_VOXELS
+_PICTURES_FIRST_S = 0.15
 
 
 class LevelLoader(QObject):
@@ -55,6 +62,8 @@ class LevelLoader(QObject):
         def work(progress: Callable[[float], None], cancelled: Callable[[], bool]) -> Level:
             level = self._cache.load(volume, spacing_um, AVERAGED_BUDGET_VOXELS)
             if level is None:
+                if math.prod(volume.shape) > _AT_ONCE_VOXELS:
+                    time.sleep(_PICTURES_FIRST_S)
                 level = averaged_level(
                     volume,
                     spacing_um,

@@ -2,15 +2,17 @@
 
 import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from annotations.volumes import levels, write_sidecar
+from annotations.volumes import Level, Volume, levels, write_sidecar
 from annotations.volumes.stored_intensities import StoredIntensities, stored_intensities
 from annotations.volumes.volume import Array
 from annotator.session import Session
+from annotator.session.volumes import level_loader
 from tests.annotator.conftest import SPACING_UM, open_and_wait
 
 
@@ -36,3 +38,28 @@ def test_the_window_waits_for_no_level_to_be_turned_into_what_is_drawn(
     assert empty_session.slice_level.stored.values.dtype == np.uint16
     assert len(threads) == 3
     assert threading.main_thread() not in threads
+
+
+def test_a_large_volume_is_averaged_after_its_first_pictures_and_once(
+    qtbot: QtBot, empty_session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    averaged_level = level_loader.averaged_level
+
+    def noted(volume: Volume, *arguments: Any, **options: Any) -> Level:
+        done.append(f"averaging {volume.path.name}")
+        return averaged_level(volume, *arguments, **options)
+
+    monkeypatch.setattr(level_loader, "averaged_level", noted)
+    monkeypatch.setattr(level_loader.time, "sleep", lambda _seconds: done.append("pictures first"))
+    monkeypatch.setattr(level_loader, "_AT_ONCE_VOXELS", 50 * 40 * 30)
+    for name, length in (("large.npy", 51), ("small.npy", 50)):
+        np.save(tmp_path / name, np.zeros((length, 40, 30), dtype=np.uint8))
+        write_sidecar(tmp_path / name, SPACING_UM, 2)
+
+    for name in ("large.npy", "small.npy", "large.npy"):
+        open_and_wait(qtbot, empty_session, tmp_path / name)
+        qtbot.waitUntil(lambda: not empty_session.jobs.running)
+        assert empty_session.level is not None
+        assert empty_session.level.kind == "averaged"
+    assert done == ["pictures first", "averaging large.npy", "averaging small.npy"], "then it is kept"
