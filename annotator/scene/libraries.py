@@ -18,11 +18,11 @@ def load_libraries() -> None:
     for folder in found.submodule_search_locations or () if found is not None else ():
         for path in sorted(Path(folder).glob("vtk*")):
             if path.suffix in (".so", ".pyd"):
-                _load(path)
+                load_library(path)
 
 
-def _load(path: Path) -> None:
-    # What lacks something of the system's is told by the import, if it is needed at all.
+def load_library(path: Path) -> None:
+    """Load a library without Python's lock. One that cannot be loaded is told by who needs it, if anybody."""
     if sys.platform == "win32":
         with contextlib.suppress(OSError):
             ctypes.CDLL(str(path))

@@ -3,12 +3,14 @@
 import importlib
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
+from PySide6.QtGui import QGuiApplication
 
 from annotations.app_folders import cache_folder
 from annotations.fitting.pose_fit import prepare_fitting
 from annotations.volumes import prepare_cache
 from annotator.looks.redrawing import Redrawing
 from annotator.scene.compiled_classes import kept_classes
+from annotator.scene.drivers import Drivers
 from annotator.scene.libraries import load_libraries
 from annotator.session import Session
 from annotator.window.qt_classes import QtClasses
@@ -33,6 +35,7 @@ class SceneImport(QObject):
         super().__init__(parent)
         self._session = session
         self._qt_classes = QtClasses(self)
+        self._drivers = Drivers(cache_folder(), QGuiApplication.platformName())
         self._beginning = Redrawing(self.begin, self)
         self._patience = QTimer(self, singleShot=True, interval=_PATIENCE_MS)
         self._patience.timeout.connect(self.begin)
@@ -51,6 +54,16 @@ class SceneImport(QObject):
         self._patience.stop()
         self._qt_classes.make(self._import)
 
+    def keep_drivers(self) -> None:
+        """Note what the scene is drawn with, for the next start; to be called when it has been drawn."""
+        self._session.jobs.start(
+            "Noting what draws the scene",
+            lambda _progress, _cancelled: self._drivers.keep(),
+            done=lambda _: None,
+            failed=self.failed.emit,
+            shown=False,
+        )
+
     def stop(self) -> None:
         """Begin nothing more, and call nobody."""
         self._patience.stop()
@@ -66,17 +79,18 @@ class SceneImport(QObject):
     def _import(self) -> None:
         self._session.jobs.start(
             "Preparing the scene",
-            lambda _progress, _cancelled: _load_for_fit_and_scene(),
+            lambda _progress, _cancelled: _load_for_fit_and_scene(self._drivers),
             done=lambda _: self.imported.emit(),
             failed=self.failed.emit,
             shown=False,
         )
 
 
-def _load_for_fit_and_scene() -> None:
+def _load_for_fit_and_scene(drivers: Drivers) -> None:
     # First what takes less: the first level and the first fit need not wait for Mayavi.
     prepare_cache()
     prepare_fitting()
     load_libraries()
     with kept_classes(cache_folder()):
         importlib.import_module("annotator.scene.stage")
+    drivers.load()

@@ -18,7 +18,7 @@ MakeWindow = Callable[..., MainWindow]
 def begun(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     """Set when the import begins, which ends at once."""
     begun = threading.Event()
-    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", begun.set)
+    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", lambda _drivers: begun.set())
     return begun
 
 
@@ -38,7 +38,7 @@ def test_it_waits_for_the_first_pictures_of_a_volume(
     monkeypatch.setattr(
         scene_import,
         "_load_for_fit_and_scene",
-        lambda: seen.append(all(view.times_drawn for view in window.slices)),
+        lambda _drivers: seen.append(all(view.times_drawn for view in window.slices)),
     )
     window.open_path(volume_path)
     with qtbot.waitSignal(window.scene_prepared):
@@ -70,7 +70,7 @@ def test_it_begins_once(
 ) -> None:
     times: list[None] = []
     monkeypatch.setattr(scene_import, "_PATIENCE_MS", 300)
-    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", lambda: times.append(None))
+    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", lambda _drivers: times.append(None))
     window = make_window(empty_session)
     monkeypatch.setattr(window.scene, "start_in_turns", lambda: None)
     window.prepare_scene(after_volume=True)
