@@ -14,7 +14,8 @@ from tests.bench.driven_window import DrivenWindow
 from tests.bench.frames import Frames
 from tests.bench.handling import measure_edits_in_slices, measure_handling
 from tests.bench.opening import measure_opening
-from tests.bench.peer import COMPARISONS, ratios, run_peer
+from tests.bench.peer import COMPARISONS, run_peer
+from tests.bench.ratios import Comparison, ratios
 from tests.bench.scrolling import measure_scrolling
 from tests.bench.table import BEGIN, END, number, page, words, write_page
 from tests.bench.volumes import empty_volume, forget_pages, pages_in_memory, part, placed
@@ -88,7 +89,7 @@ def test_the_peer_runs_and_is_compared_round_by_round(tmp_path: Path) -> None:
     script.write_text('print(\'words\')\nprint(\'{"peer": "another", "edit_to_frame_ms": 100.0}\')')
 
     peer = run_peer(f"{sys.executable} {script}", tmp_path / "v.npy")
-    [ratio] = ratios([{"edit_to_frame_ms": each} for each in (5.0, 20.0, 8.0)], [peer] * 3)
+    [ratio] = ratios(COMPARISONS, [{"edit_to_frame_ms": each} for each in (5.0, 20.0, 8.0)], [peer] * 3)
 
     assert (ratio.lowest, ratio.median, ratio.highest, ratio.reached) == (
         0.05,
@@ -100,6 +101,15 @@ def test_the_peer_runs_and_is_compared_round_by_round(tmp_path: Path) -> None:
     text = page({"machine": machine, "peer": [peer], "figures": {"fit_ms": 3.0}}, [ratio])
     assert "| edit to frame in the 3D scene | 8 |" in " ".join(text.split())
     assert "Beside another" in text
+
+
+def test_a_larger_volume_is_compared_without_a_limit() -> None:
+    [ratio] = ratios([Comparison("open", "open_ms", "open_ms")], [{"open_ms": 30.0}], [{"open_ms": 20.0}])
+    machine = {"date": "", "commit": "", "cores": 2, "processor": "", "renderer": "", "shape": [1, 2, 3]}
+    text = page({"machine": machine, "sizes": {"empty": {"open_ms": 20.0}}}, [], [ratio])
+
+    assert "| open | 30 | 20 | 1.500 | 1.500–1.500 |" in " ".join(text.split())
+    assert "reached" not in text
 
 
 def test_tables_are_put_between_the_marks_of_a_page(tmp_path: Path) -> None:

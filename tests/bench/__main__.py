@@ -24,7 +24,8 @@ import numpy as np
 
 from annotations.app_folders import cache_folder
 from tests.bench.display import display
-from tests.bench.peer import ratios, run_peer
+from tests.bench.peer import COMPARISONS, run_peer
+from tests.bench.ratios import Comparison, ratios
 from tests.bench.starting import measure_start
 from tests.bench.steps import Request, run_step
 from tests.bench.table import page, write_page
@@ -34,6 +35,11 @@ PARTS_OF_ALL = ("start", "window", "cold", "watch", "edits", "sizes", "studies")
 STUDIES = (10, 100, 1000)
 _COLD_TIMES = 3
 _COMPARED_VOLUMES = 100
+_EMPTY, _LARGER = "empty", "empty, × 4"
+_GROWTH = tuple(
+    Comparison(f"open to {name.replace('_', ' ')}", f"open_to_{name}_ms", f"open_to_{name}_ms")
+    for name in ("first_slice", "first_3d_frame", "finest_level", "rest")
+)
 
 
 class Benchmark:
@@ -45,6 +51,8 @@ class Benchmark:
         By step.
     own, peers : list
         The figures of each round.
+    empty, larger : list
+        Of opening an empty volume, and one four times as large.
     failed : list of str
         The steps that ended with an error.
     """
@@ -55,6 +63,8 @@ class Benchmark:
         self.results: dict[str, Any] = {}
         self.own: list[dict[str, Any]] = []
         self.peers: list[dict[str, Any]] = []
+        self.empty: list[dict[str, Any]] = []
+        self.larger: list[dict[str, Any]] = []
         self.failed: list[str] = []
         self._starts: dict[str, Any] = {}
         self._temporary = tempfile.TemporaryDirectory(prefix="oct-annotator-bench-")
@@ -114,9 +124,10 @@ class Benchmark:
             _say(f"{name} of the volume")
             request = Request("window", part(self._volume, folder, name), max(4, self._options.times // 4))
             found[name] = self._run(request)
-        for times, name in ((1, "empty"), (2, "empty, × 4")):
-            found[name] = self._step("empty", count=times)
-        return found
+        for _ in range(self._options.rounds):
+            for rounds, times in ((self.empty, 1), (self.larger, 2)):
+                rounds.append(self._step("empty", count=times))
+        return found | {_EMPTY: medians(self.empty), _LARGER: medians(self.larger)}
 
     def _step(self, step: str, *, times: int = 1, count: int = 0) -> dict[str, Any]:
         return self._run(Request(step, self._volume, times, count))
@@ -162,12 +173,14 @@ def main() -> int:
         options.volume = options.volume or full_volume(options.folder)
         benchmark = Benchmark(options)
         benchmark.run()
-    found = ratios(benchmark.own, benchmark.peers) if benchmark.own and benchmark.peers else []
+    found = ratios(COMPARISONS, benchmark.own, benchmark.peers) if benchmark.own and benchmark.peers else []
+    grown = ratios(_GROWTH, benchmark.larger, benchmark.empty)
     results = {"machine": machine(options.volume, benchmark.own), **benchmark.results}
-    text = page(results, found)
+    text = page(results, found, grown)
     sys.stdout.write(text)
     if options.json is not None:
         results["ratios"] = [asdict(ratio) for ratio in found]
+        results["growth"] = [asdict(ratio) for ratio in grown]
         options.json.write_text(json.dumps(results, indent=1) + "\n")
     if options.markdown is not None:
         write_page(options.markdown, text)
@@ -190,7 +203,9 @@ def _parser() -> argparse.ArgumentParser:
         default=PARTS_OF_ALL,
         help="measure these alone; start and window are what the peer's are compared with",
     )
-    parser.add_argument("--rounds", type=int, default=3, help="of start and window (%(default)s)")
+    parser.add_argument(
+        "--rounds", type=int, default=3, help="of start, window and empty volumes (%(default)s)"
+    )
     parser.add_argument("--times", type=int, default=20, help="of each figure in a round (%(default)s)")
     parser.add_argument("--edits", type=int, default=10_000, help="how many (%(default)s)")
     parser.add_argument("--peer", metavar="COMMAND", help="runs in turn with ours, on the same volume")

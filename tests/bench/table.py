@@ -1,10 +1,10 @@
 """The benchmark's results as a page of tables, in Markdown, which reads as plain text too."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from tests.bench.peer import Ratio
+from tests.bench.ratios import Ratio
 from tests.bench.watchdog import LIMIT_MS
 
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
@@ -15,7 +15,7 @@ Rows = Sequence[Sequence[str]]
 _SHOWN_STEPS = 3
 
 
-def page(results: Mapping[str, Any], found: Sequence[Ratio]) -> str:
+def page(results: Mapping[str, Any], found: Sequence[Ratio], grown: Sequence[Ratio] = ()) -> str:
     """Return everything that was measured.
 
     Parameters
@@ -23,13 +23,16 @@ def page(results: Mapping[str, Any], found: Sequence[Ratio]) -> str:
     results : mapping
         As in the JSON file: ``machine``, and for each step its figures.
     found : sequence of Ratio
+        Ours over the peer's.
+    grown : sequence of Ratio
+        A volume four times as large over another.
     """
     machine = results["machine"]
     shape = " × ".join(map(str, machine["shape"]))
     drawn_by = f"{machine['cores']} cores, {machine['processor']}, {machine['renderer']}"
     parts = [f"{machine['date']}, commit {machine['commit']}: {drawn_by}; volume of {shape} voxels."]
     if found:
-        parts += [f"### Beside {results['peer'][0]['peer']}", "", _ratio_table(found)]
+        parts += [f"### Beside {results['peer'][0]['peer']}", "", _ratio_table(found, "ours", "peer's")]
     if "figures" in results:
         parts += ["### On the full volume", "", _figures_table({"": results["figures"]})]
     for step, title in (("cold", "### From a cold disk"), ("edits", "### Many edits")):
@@ -38,6 +41,8 @@ def page(results: Mapping[str, Any], found: Sequence[Ratio]) -> str:
     for step, title in (("sizes", "### By the size of the volume"), ("studies", "### By volumes in a study")):
         if step in results:
             parts += [title, "", _figures_table(results[step])]
+        if step == "sizes" and grown:
+            parts += [_ratio_table(grown, "empty, × 4", "empty")]
     if "watch" in results:
         parts += ["### Loading, comparing and predicting", "", _figures_table({"": results["watch"]})]
     if "watches" in results:
@@ -64,25 +69,27 @@ def markdown_table(heads: Sequence[str], rows: Rows) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def _ratio_table(found: Iterable[Ratio]) -> str:
+def _ratio_table(found: Sequence[Ratio], ours: str, others: str) -> str:
+    heads = ("ms or MiB", ours, others, "ratio", "lowest–highest", "at most", "reached")
     rows = []
     for ratio in found:
         wanted = ratio.comparison
+        at_most = "" if wanted.at_most is None else f"{wanted.at_most:g}"
         aim = "" if wanted.aim is None else f" (aim {wanted.aim:g})"
         rows.append(
             (
                 wanted.name,
                 number(ratio.ours),
-                number(ratio.peers),
+                number(ratio.others),
                 f"{ratio.median:.3f}",
                 f"{ratio.lowest:.3f}–{ratio.highest:.3f}",
-                f"{wanted.at_most:g}{aim}",
+                f"{at_most}{aim}",
                 ratio.reached,
             )
         )
-    return markdown_table(
-        ("ms or MiB", "ours", "peer's", "ratio", "lowest–highest", "at most", "reached"), rows
-    )
+    if not any(ratio.reached for ratio in found):
+        heads, rows = heads[:-2], [row[:-2] for row in rows]
+    return markdown_table(heads, rows)
 
 
 def _figures_table(columns: Mapping[str, Mapping[str, Any]]) -> str:
