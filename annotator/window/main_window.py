@@ -107,7 +107,7 @@ class MainWindow(QMainWindow):
         self._docks = self._panels.docks
         self._columns = DockColumns(self._docks, centre, self._panels.annotation.method, self)
         self.status = StatusLine(session)
-        self.status.addPermanentWidget(JobsPanel(session))
+        self.status.add(JobsPanel(session))
         self.setStatusBar(self.status)
         self._scene_import = SceneImport(session, self)
         self._actions_timer = QTimer(self, singleShot=True)

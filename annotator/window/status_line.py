@@ -1,11 +1,12 @@
 """The line at the window's foot: the cursor's place, the mode, the spacing, whether all is saved."""
 
-from PySide6.QtCore import QEvent, QRect, Qt, Slot
-from PySide6.QtGui import QHelpEvent, QPainter, QPaintEvent
-from PySide6.QtWidgets import QSizePolicy, QStatusBar, QStyle, QStyleOption, QToolTip, QWidget
+from PySide6.QtCore import Qt, Slot
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy, QStatusBar, QStyle, QStyleOption, QWidget
 
 from annotations.geometry.frames import Vector, um_to_voxel
 from annotator.looks.labels import ColoredLabel, ElidedText, PickColor
+from annotator.looks.laid_out_apart import LaidOutApart
 from annotator.session import Session
 from annotator.session.editing.click_meaning import is_active_locked
 from annotator.session.viewing.view import Mode, Preview, View
@@ -47,13 +48,17 @@ class StatusLine(QStatusBar):
         self._session = session
         self._is_spacing_unknown = False
         self._is_message_long = False
-        self._hint = ElidedText(mode=Qt.TextElideMode.ElideRight)
-        self._hint.setObjectName("status_hint")
+        self._line = LaidOutApart()
+        self._line.row.setContentsMargins(_MARGIN_PX, 0, 0, 0)
+        self.addPermanentWidget(self._line, 1)
+        self._hint = ElidedText(name="status_hint", mode=Qt.TextElideMode.ElideRight)
         self._hint.setAccessibleName("What the next click does")
-        self.addWidget(self._hint, 1)
-        offer = FolderOffer((session.reporting, session.agreement_reporting))
-        self.addPermanentWidget(offer)
-        self._beside: list[QWidget] = [offer]
+        self._message = ElidedText(name="status_message", mode=Qt.TextElideMode.ElideRight)
+        self._message.setAccessibleName("What has been done")
+        self._message.hide()
+        for label in (self._hint, self._message):
+            self._line.row.addWidget(label, 1)
+        self._line.row.addWidget(FolderOffer((session.reporting, session.agreement_reporting)))
         self._cursor = self._label("status_cursor", "Position and intensity under the cursor")
         self._spacing = self._label("status_spacing", "Voxel spacing")
         self._mode = self._label("status_mode", "Mode", elided=False)
@@ -68,34 +73,16 @@ class StatusLine(QStatusBar):
         session.save_state_changed.connect(self._on_session_save_state_changed)
         self._draw_all()
 
-    def event(self, event: QEvent) -> bool:
-        if (
-            isinstance(event, QHelpEvent)
-            and self.currentMessage()
-            and self._message_area().contains(event.pos())
-        ):
-            QToolTip.showText(event.globalPos(), self.currentMessage(), self)
-            return True
-        return super().event(event)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw as Qt does, but a message that is too long with an ellipsis in place of its end."""
-        message = self.currentMessage()
-        area = self._message_area()
-        shown = self.fontMetrics().elidedText(message, Qt.TextElideMode.ElideRight, area.width())
-        if shown == message:
-            super().paintEvent(event)
-            return
-        painter, option = QPainter(self), QStyleOption()
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw what is behind the line; Qt would write a message beside it, which stands in the line."""
+        option = QStyleOption()
         option.initFrom(self)
-        self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
-        painter.setPen(self.palette().windowText().color())
-        painter.drawText(area, Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextSingleLine, shown)
+        with QPainter(self) as painter:
+            self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
 
-    def _message_area(self) -> QRect:
-        beside = [label.x() for label in self._beside if label.isVisible()]
-        right = min(beside, default=self.width())
-        return QRect(_MARGIN_PX, 0, max(right - 2 * _MARGIN_PX, 0), self.height())
+    def add(self, widget: QWidget) -> None:
+        """Put a widget at the end of the line."""
+        self._line.row.addWidget(widget)
 
     def show_cursor(self, position_um: Vector | None, intensity: str) -> None:
         """Show what is under the cursor; None where it is over no slice."""
@@ -119,8 +106,7 @@ class StatusLine(QStatusBar):
         label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
         label.setAccessibleName(accessible_name)
         label.setContentsMargins(6, 0, 6, 0)
-        self.addPermanentWidget(label)
-        self._beside.append(label)
+        self.add(label)
         return label
 
     def _draw_all(self) -> None:
@@ -216,7 +202,10 @@ class StatusLine(QStatusBar):
 
     @Slot(str)
     def _on_message_changed(self, message: str) -> None:
-        """Give a long message the room of what can wait until it is gone."""
+        """Say it in place of the hint; a long one has the room of what can wait until it is gone."""
+        self._message.setText(message)
+        self._message.setVisible(bool(message))
+        self._hint.setVisible(not message)
         room = self.width() // 2 - 2 * _MARGIN_PX
         is_long = self.fontMetrics().horizontalAdvance(message) > room
         if is_long != self._is_message_long:

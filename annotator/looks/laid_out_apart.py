@@ -1,0 +1,43 @@
+"""A row that is laid out without the window around it."""
+
+from PySide6.QtCore import QEvent, QSize
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
+
+
+class LaidOutApart(QWidget):
+    """Widgets in a row, whose changes lay nothing out but the row: the numbers under a cursor that moves.
+
+    Of a label with another text Qt tells the layout around it, and that tells the next one, up to that of the
+    window, which asks all its docks how small they can be. Only a widget without a layout ends it: this one.
+    The row is as tall as the tallest of its widgets, shown or not, and no window is wider for it.
+
+    Attributes
+    ----------
+    row : QHBoxLayout
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._inside = QWidget(self)
+        self.row = QHBoxLayout(self._inside)
+        self.row.setContentsMargins(0, 0, 0, 0)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        return QSize(0, max((child.sizeHint().height() for child in self._children()), default=0))
+
+    def minimumSizeHint(self) -> QSize:
+        return self.sizeHint()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._inside.setGeometry(self.rect())
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
+            self.updateGeometry()
+
+    def _children(self) -> list[QWidget]:
+        return [child for child in self._inside.children() if isinstance(child, QWidget)]
