@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStyle, QToolButton, QWi
 from annotator.looks.labels import ElidedText
 from annotator.looks.naming import named
 from annotator.looks.progress import ProgressBar
+from annotator.looks.redrawing import Redrawing
 from annotator.session import Session
 from annotator.session.jobs import Job
 
@@ -37,8 +38,10 @@ class JobsPanel(QWidget):
         layout.addWidget(self._title)
         layout.addWidget(self._bar)
         layout.addWidget(self._cancel)
+        # Apart from what a job brings: a report's end is told in many places.
+        self._redrawing = Redrawing(self._draw, self)
         self._wait = QTimer(self, interval=_WAIT_MS, singleShot=True)
-        self._wait.timeout.connect(self._draw)
+        self._wait.timeout.connect(self._redrawing.ask_apart)
         self.setVisible(False)
         session.jobs.job_changed.connect(self._on_jobs_job_changed)
 
@@ -47,7 +50,7 @@ class JobsPanel(QWidget):
         if not job.shown:
             return
         if not self.isHidden():
-            self._draw()
+            self._redrawing.ask_apart()
         elif not self._session.jobs.shown:
             self._wait.stop()
         elif not self._wait.isActive():

@@ -100,7 +100,7 @@ class SceneView(QWidget):
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)
         session.others.changed.connect(self._redraw)
-        session.predicting.shown_changed.connect(self._redraw)
+        session.predicting.shown_changed.connect(self._redraw_apart)
 
     # Beginning and end
 
@@ -312,6 +312,12 @@ class SceneView(QWidget):
             # Any number of wishes is one frame, drawn when nothing else is to be done.
             self._stage.canvas.widget.update()
 
+    def _redraw_apart(self) -> None:
+        """Draw a turn of the event loop later: what all views show anew is painted around the scene first."""
+        if self._stage is not None:
+            self._stage.canvas.draw_apart()
+        self._redraw()
+
     def _draw(self) -> None:
         """Draw a frame: coarsely while the volume's picture changes, and at its best once it rests."""
         if self._stage is None:
@@ -395,10 +401,7 @@ class SceneView(QWidget):
         elif sight is not None and self._is_close_up:
             # Where a part of the last volume was, there may be nothing in this one.
             self.zoom_to_fit()
-        if self._stage is not None:
-            # Everything else around it has another volume to paint, too.
-            self._stage.canvas.draw_apart()
-        self._redraw()
+        self._redraw_apart()
 
     @Slot()
     def _on_session_levels_changed(self) -> None:

@@ -22,7 +22,7 @@ from annotations.agreement.results import Agreement
 from annotator.looks.folding import scrolling_column
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
-from annotator.looks.redrawing import keep_painted
+from annotator.looks.redrawing import Redrawing, keep_painted
 from annotator.panels.agreement.agreement_plots import AgreementPlots
 from annotator.panels.agreement.compared_annotators import ComparedAnnotators
 from annotator.panels.agreement.compared_volumes import RANK_COLUMN, WHY_COLUMN, ComparedVolumes
@@ -82,10 +82,12 @@ class AgreementPanel(QWidget):
         layout.addWidget(self._state)
         layout.addWidget(self._tabs, 1)
         layout.addStretch()
-        session.agreeing.changed.connect(self._draw)
-        session.agreement_reporting.changed.connect(self._draw)
+        # Several of them come with each volume, after which the images go first, and with a report's end.
+        self._redrawing = Redrawing(self._draw, self)
+        session.agreeing.changed.connect(self._redrawing.ask_apart)
+        session.agreement_reporting.changed.connect(self._redrawing.ask_apart)
         session.others.changed.connect(self._on_others_changed)
-        session.seeing.permission_changed.connect(self._draw)
+        session.seeing.permission_changed.connect(self._redrawing.ask_apart)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
         self._draw()
@@ -98,6 +100,7 @@ class AgreementPanel(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self._session.agreeing.look_for_changes()
+        self._redrawing.draw_now()
 
     def _make_figures(self) -> QWidget:
         self._statistic = named(QComboBox(), "agreement_statistic", title="Statistic")
@@ -215,11 +218,11 @@ class AgreementPanel(QWidget):
         else:
             self._goes_to_worst = False
         self._to_show = None
-        self._draw()
+        self._redrawing.ask_apart()
 
     @Slot()
     def _on_others_changed(self) -> None:
-        self._draw()
+        self._redrawing.ask_apart()
         if self._goes_to_worst and self._session.others.shown:
             self._show_worst()
 

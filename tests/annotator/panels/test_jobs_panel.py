@@ -126,6 +126,17 @@ def test_more_work_is_counted(qtbot: QtBot, session: Session, panel: JobsPanel, 
     assert panel.toolTip() == "First\nSecond"
 
 
+def test_it_goes_in_a_turn_after_that_in_which_the_work_is_done(
+    qtbot: QtBot, session: Session, panel: JobsPanel, work: Work
+) -> None:
+    seen: list[bool] = []
+    session.jobs.start("Long", work, done=lambda _: seen.append(panel.isVisible()), failed=lambda _: None)
+    qtbot.waitUntil(panel.isVisible)
+    work.go_on.set()
+    qtbot.waitUntil(lambda: not panel.isVisible())
+    assert seen == [True]
+
+
 def test_small_work_is_not_shown(qtbot: QtBot, session: Session, panel: JobsPanel, work: Work) -> None:
     begin(session, work, "Reading a slice", shown=False)
     qtbot.wait(2 * jobs_panel._WAIT_MS)

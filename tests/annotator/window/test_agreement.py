@@ -76,7 +76,7 @@ def test_from_the_figures_to_the_worst_volume_and_the_report(
     compute(qtbot, ritas)
 
     # The worst volume stands first; a double click opens it with everybody over it.
-    tabs, view = panel.findChild(QTabWidget), panel.findChild(QTreeView, "agreement_volumes")
+    tabs, view = redrawn(panel).findChild(QTabWidget), panel.findChild(QTreeView, "agreement_volumes")
     assert tabs is not None
     assert view is not None
     tabs.setCurrentIndex(1)

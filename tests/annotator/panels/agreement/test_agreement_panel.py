@@ -29,6 +29,7 @@ from annotator.session import Session
 from annotator.session.options import SessionOptions
 from tests.annotator.compared_study import IDS, WORST, write_compared
 from tests.annotator.conftest import open_and_wait
+from tests.annotator.redrawn import redrawn
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -54,7 +55,7 @@ def panel(qtbot: QtBot, rita: Session) -> AgreementPanel:
 
 
 def child(panel: QWidget, kind: type, name: str) -> QWidget:
-    found = panel.findChild(kind, name)
+    found = redrawn(panel).findChild(kind, name)
     assert found is not None, name
     return found
 
@@ -203,6 +204,8 @@ def test_a_list_has_room_for_its_longest_texts_and_marks_the_open_volume_alone(
         rita.volume_changed, check_params_cb=lambda: rita.volume is not None and rita.current_index == 1
     ):
         rita.open_item(1)
+    assert not changed, "the images come first"
+    redrawn(panel)
     assert len(set(changed)) == 2
 
 
