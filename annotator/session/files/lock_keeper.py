@@ -71,7 +71,7 @@ class LockKeeper(QObject):
         if self._lock is not None and self._lock.path == path:
             return
         before = self._lock
-        self._put_aside()
+        self.leave()
         asked = self._spare.take(path, person)
         (claim,) = asked or (self._acquired(path, person),)
         if isinstance(claim, DocumentLocked | FolderReadOnly):
@@ -114,8 +114,16 @@ class LockKeeper(QObject):
             shown=False,
         )
 
+    def leave(self) -> None:
+        """Give the lock up soon, if there is one, without waiting for the disk."""
+        lock, self._lock = self._lock, None
+        if lock is not None:
+            self._timer.stop()
+            self._spare.leave(lock)
+            self._give_up_soon()
+
     def release(self) -> None:
-        """Give the lock up, if there is one."""
+        """Give the lock up now, if there is one."""
         self._timer.stop()
         lock, self._lock = self._lock, None
         give_up(lock)
@@ -149,13 +157,6 @@ class LockKeeper(QObject):
         self._spare_timer.stop()
         self._spare.close()
         self._jobs.close()
-
-    def _put_aside(self) -> None:
-        lock, self._lock = self._lock, None
-        if lock is not None:
-            self._timer.stop()
-            self._spare.leave(lock)
-            self._give_up_soon()
 
     def _acquired(self, path: Path, person: str) -> DocumentLock | None:
         try:

@@ -97,7 +97,7 @@ class SessionLocking(SessionSaving):
         self._read_only_reason = self._reason_by_study(opened.document, path)
         self._is_kept_by_study = bool(self._read_only_reason)
         if self._is_kept_by_study or _leaves_no_trace(opened):
-            self._locks.release()
+            self._locks.leave()
             return
         try:
             self._locks.hold(path, self._options.annotator_name)
