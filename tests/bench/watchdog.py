@@ -1,11 +1,14 @@
 """How long the GUI thread cannot answer: the longest steps of its event loop, and what it did in them."""
 
-import sys
+import faulthandler
+import re
+import tempfile
 import threading
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from types import FrameType, TracebackType
+from types import TracebackType
+from typing import IO
 
 from PySide6.QtCore import Qt, QTimer
 
@@ -29,6 +32,8 @@ _OURS = ("/annotator/", "/annotations/")
 # Where event loops are run, and what hands jobs on.
 _LOOPS = ("/annotator/startup/start.py", "/annotator/__main__.py", "/tests/bench/")
 _WAYS = ("/annotator/session/jobs.py",)
+_THREAD = re.compile(r"(?:Current t|T)hread (0x[0-9a-f]+)")
+_CALL = re.compile(r'  File "(.*)", line (\d+) in (.*)')
 _QT = "no call of the application's: Qt itself, or what it paints"
 
 
@@ -187,12 +192,16 @@ class Watchdog:
         self._beat_s, self._beat_cpu_s = beat_s, beat_cpu_s
 
     def _sample(self) -> None:
+        with tempfile.TemporaryFile() as file:
+            self._sample_into(file)
+
+    def _sample_into(self, file: IO[bytes]) -> None:
         while not self._ended.wait(_SAMPLE_S):
             beat_s = self._beat_s
             if time.perf_counter() - beat_s < _SAMPLED_FROM_S:
                 self._samples, self._samples_beside = [], []
                 continue
-            stacks = _stacks()
+            stacks = _stacks(file)
             if beat_s == self._beat_s:
                 own = {self._gui_thread, threading.get_ident()}
                 self._samples += [stack for thread, stack in stacks.items() if thread == self._gui_thread]
@@ -203,19 +212,24 @@ class Watchdog:
                 ]
 
 
-def _stacks() -> dict[int, Stack]:
-    """Return the calls of each thread, from the outermost on."""
-    stacks = {}
-    # Nothing that lets other threads run: while a frame is held here, so is what it holds, and Qt does not
-    # survive a painter that outlives its painting.
-    for thread, innermost in sys._current_frames().items():
-        frame: FrameType | None = innermost
-        calls = []
-        while frame is not None:
-            calls.append((frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name))
-            frame = frame.f_back
-        stacks[thread] = tuple(reversed(calls))
-        del innermost
+def _stacks(file: IO[bytes]) -> dict[int, Stack]:
+    """Return the calls of each thread, from the outermost on; the file is written over.
+
+    C code writes them down, which holds nothing. Who looks at `sys._current_frames` holds the frames of the
+    window's thread as long, and what is in them: painters that outlive their painting, until Qt crashes.
+    """
+    file.seek(0)
+    file.truncate()
+    faulthandler.dump_traceback(file, all_threads=True)
+    file.seek(0)
+    stacks: dict[int, Stack] = {}
+    thread, calls = 0, []
+    for line in file.read().decode(errors="replace").splitlines():
+        if (begins := _THREAD.match(line)) is not None:
+            thread, calls = int(begins[1], 16), []
+        elif (call := _CALL.match(line)) is not None:
+            calls.append((call[1], int(call[2]), call[3]))
+            stacks[thread] = tuple(reversed(calls))
     return stacks
 
 
