@@ -8,7 +8,7 @@ _APPLICATION = "oct-annotator"
 
 
 def cache_folder() -> Path:
-    """Folder for what can be made again: built levels of detail, compiled classes."""
+    """Folder for what can be made again: built levels of detail, compiled classes, which libraries draw."""
     return platformdirs.user_cache_path(_APPLICATION, appauthor=False)
 
 

@@ -10,7 +10,8 @@ class LaidOutApart(QWidget):
 
     Of a label with another text Qt tells the layout around it, and that tells the next one, up to that of the
     window, which asks all its docks how small they can be. Only a widget without a layout ends it: this one.
-    The row is as tall as the tallest of its widgets, shown or not, and no window is wider for it.
+    The window hears of it where the row would be cut off: where it needs more width than ever before. The row
+    is as tall as the tallest of its widgets, shown or not.
 
     Attributes
     ----------
@@ -20,15 +21,23 @@ class LaidOutApart(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._inside = QWidget(self)
+        self._width_px = 0
         self.row = QHBoxLayout(self._inside)
         self.row.setContentsMargins(0, 0, 0, 0)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        return QSize(0, max((child.sizeHint().height() for child in self._children()), default=0))
+        return QSize(
+            self._width_px, max((child.sizeHint().height() for child in self._children()), default=0)
+        )
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.LayoutRequest and self.row.minimumSize().width() > self._width_px:
+            self._claim()
+        return super().event(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -37,7 +46,11 @@ class LaidOutApart(QWidget):
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
-            self.updateGeometry()
+            self._claim()
+
+    def _claim(self) -> None:
+        self._width_px = self.row.minimumSize().width()
+        self.updateGeometry()
 
     def _children(self) -> list[QWidget]:
         return [child for child in self._inside.children() if isinstance(child, QWidget)]

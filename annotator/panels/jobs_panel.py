@@ -11,7 +11,7 @@ from annotator.session import Session
 from annotator.session.jobs import Job
 
 _STEPS = 1000
-# What is done sooner would only flicker, and lay the window out twice beside the threads that open a study.
+# What is done sooner would only flicker, beside the threads that open a study.
 _WAIT_MS = 500
 
 
@@ -21,6 +21,7 @@ class JobsPanel(QWidget):
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._session = session
+        self._drawn: Job | None = None
         self.setObjectName("jobs_panel")
         self.setAccessibleName("Work in the background")
         self._title = ElidedText(name="jobs_title", mode=Qt.TextElideMode.ElideRight)
@@ -58,16 +59,18 @@ class JobsPanel(QWidget):
 
     @Slot()
     def _on_cancel_clicked(self) -> None:
-        if shown := self._session.jobs.shown:
-            self._session.jobs.cancel(shown[0])
-            self._draw()
+        # The one that stands there: it may have ended meanwhile, and the next is not meant.
+        if self._drawn in self._session.jobs.shown:
+            self._session.jobs.cancel(self._drawn)
+        self._draw()
 
     def _draw(self) -> None:
         shown = self._session.jobs.shown
         self.setVisible(bool(shown))
-        if not shown:
+        self._drawn = shown[0] if shown else None
+        if self._drawn is None:
             return
-        job = shown[0]
+        job = self._drawn
         more = f" and {len(shown) - 1} more" if len(shown) > 1 else ""
         stopping = job.is_cancelled()
         self._title.setText(f"Stopping: {job.title}" if stopping else f"{job.title}{more}")

@@ -1,6 +1,7 @@
 """The import of what the first volume and the scene need, which takes seconds: in a thread."""
 
 import importlib
+import logging
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 from PySide6.QtGui import QGuiApplication
@@ -14,6 +15,8 @@ from annotator.scene.drivers import Drivers
 from annotator.scene.libraries import load_libraries
 from annotator.session import Session
 from annotator.window.qt_classes import QtClasses
+
+_log = logging.getLogger(__name__)
 
 _PATIENCE_MS = 1000
 """A volume that comes later lets the import begin before it."""
@@ -60,7 +63,7 @@ class SceneImport(QObject):
             "Noting what draws the scene",
             lambda _progress, _cancelled: self._drivers.keep(),
             done=lambda _: None,
-            failed=self.failed.emit,
+            failed=lambda error: _log.warning("What draws the scene is not noted: %s", error),
             shown=False,
         )
 

@@ -84,12 +84,13 @@ class AgreementPanel(QWidget):
         layout.addStretch()
         # Several of them come with each volume, after which the images go first, and with a report's end.
         self._redrawing = Redrawing(self._draw, self)
-        session.agreeing.changed.connect(self._redrawing.ask_apart)
-        session.agreement_reporting.changed.connect(self._redrawing.ask_apart)
+        session.agreeing.changed.connect(self._follow)
+        session.agreement_reporting.changed.connect(self._follow)
         session.others.changed.connect(self._on_others_changed)
-        session.seeing.permission_changed.connect(self._redrawing.ask_apart)
+        session.seeing.permission_changed.connect(self._follow)
         session.view_changed.connect(self._on_session_view_changed)
         session.volume_changed.connect(self._on_session_volume_changed)
+        self._draw_buttons()
         self._draw()
 
     def event(self, event: QEvent) -> bool:
@@ -218,11 +219,11 @@ class AgreementPanel(QWidget):
         else:
             self._goes_to_worst = False
         self._to_show = None
-        self._redrawing.ask_apart()
+        self._follow()
 
     @Slot()
     def _on_others_changed(self) -> None:
-        self._redrawing.ask_apart()
+        self._follow()
         if self._goes_to_worst and self._session.others.shown:
             self._show_worst()
 
@@ -239,16 +240,24 @@ class AgreementPanel(QWidget):
         if before.layers != after.layers:
             self._draw_overlay()
 
-    def _draw(self) -> None:
+    @Slot()
+    def _follow(self) -> None:
+        # At once what a hand may be on.
+        self._draw_buttons()
+        self._redrawing.ask_apart()
+
+    def _draw_buttons(self) -> None:
         agreeing = self._session.agreeing
-        result, refusal = agreeing.result, agreeing.refusal
-        self._draw_state()
         self._compute.setText("&Cancel" if agreeing.is_computing else "&Compute")
-        self._compute.setEnabled(agreeing.is_computing or not refusal)
+        self._compute.setEnabled(agreeing.is_computing or not agreeing.refusal)
         is_exporting = self._session.agreement_reporting.is_exporting
-        may_export = result is not None and not agreeing.export_refusal and not is_exporting
+        may_export = agreeing.result is not None and not agreeing.export_refusal and not is_exporting
         self._export.setEnabled(may_export)
         self._export.setToolTip(agreeing.export_refusal or "Write the report into files")
+
+    def _draw(self) -> None:
+        result = self._session.agreeing.result
+        self._draw_state()
         self._tabs.setVisible(result is not None or self._session.volume is not None)
         for tab in (0, 1, 3):
             self._tabs.setTabVisible(tab, result is not None)

@@ -1,12 +1,10 @@
 """Settling the consensus: which volumes need it first, and the one that is open."""
 
 from PySide6.QtCore import Slot
-from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QPushButton, QTabWidget, QVBoxLayout, QWidget
 
 from annotator.looks.labels import WrappedText
 from annotator.looks.naming import named
-from annotator.looks.redrawing import Redrawing
 from annotator.panels.agreement.consensus_page import ConsensusPage
 from annotator.panels.agreement.triage_page import TriagePage
 from annotator.session import Session
@@ -40,16 +38,10 @@ class ConsensusPanel(QWidget):
         layout.addWidget(self._settle)
         layout.addWidget(self._tabs, 1)
         layout.addStretch()
-        # Both come with each volume, after which the images go first.
-        self._redrawing = Redrawing(self._draw, self)
-        session.settling.changed.connect(self._redrawing.ask_apart)
+        session.settling.changed.connect(self._draw)
         session.settling.triaged.connect(self._on_settling_triaged)
-        session.volume_changed.connect(self._redrawing.ask_apart)
+        session.volume_changed.connect(self._draw)
         self._draw()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._redrawing.draw_now()
 
     @Slot()
     def _on_settle_clicked(self) -> None:

@@ -26,6 +26,7 @@ DETAIL_DEPTH_UM = 5000.0
 # slices come sooner where it begins after them.
 _AT_ONCE_VOXELS = 10 * AVERAGED_BUDGET_VOXELS
 _PICTURES_FIRST_S = 0.15
+_LOOK_EVERY_S = 0.01
 
 
 class LevelLoader(QObject):
@@ -63,7 +64,7 @@ class LevelLoader(QObject):
             level = self._cache.load(volume, spacing_um, AVERAGED_BUDGET_VOXELS)
             if level is None:
                 if math.prod(volume.shape) > _AT_ONCE_VOXELS:
-                    time.sleep(_PICTURES_FIRST_S)
+                    _let_pictures_come(cancelled)
                 level = averaged_level(
                     volume,
                     spacing_um,
@@ -115,3 +116,9 @@ class LevelLoader(QObject):
     def _on_job_detail_read(self, level: Level) -> None:
         self.detail = level
         self.loaded.emit()
+
+
+def _let_pictures_come(cancelled: Callable[[], bool]) -> None:
+    ends_s = time.monotonic() + _PICTURES_FIRST_S
+    while time.monotonic() < ends_s and not cancelled():
+        time.sleep(_LOOK_EVERY_S)

@@ -137,6 +137,22 @@ def test_it_goes_in_a_turn_after_that_in_which_the_work_is_done(
     assert seen == [True]
 
 
+def test_the_work_that_stands_there_is_cancelled_and_no_other(
+    qtbot: QtBot, session: Session, panel: JobsPanel, work: Work
+) -> None:
+    button, others = panel.findChild(QToolButton, "jobs_cancel"), Work()
+    assert isinstance(button, QToolButton)
+    # It ends while the panel still speaks of it.
+    session.jobs.start("First", work, done=lambda _: button.click(), failed=lambda _: None)
+    second = begin(session, others, "Second")
+    qtbot.waitUntil(lambda: panel.isVisible() and title(panel) == "First and 1 more")
+    work.go_on.set()
+    qtbot.waitUntil(lambda: title(panel) == "Second")
+    assert not second.is_cancelled()
+    others.go_on.set()
+    qtbot.waitUntil(lambda: not panel.isVisible())
+
+
 def test_small_work_is_not_shown(qtbot: QtBot, session: Session, panel: JobsPanel, work: Work) -> None:
     begin(session, work, "Reading a slice", shown=False)
     qtbot.wait(2 * jobs_panel._WAIT_MS)

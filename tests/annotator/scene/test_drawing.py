@@ -1,6 +1,7 @@
 """What is on the picture: never a stale volume, never more work than an edit needs."""
 
 from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -273,6 +274,20 @@ def test_on_a_screen_a_scene_that_was_hidden_draws_another_volume_in_a_turn_of_i
     canvas.widget.repaint()
     assert scene.view.volume_draws == drawn
     scene.qtbot.waitUntil(lambda: scene.view.volume_draws > drawn)
+
+
+@pytest.mark.parametrize("news", ["volume_changed", "predicting.shown_changed"])
+def test_on_a_screen_what_all_views_show_anew_is_drawn_here_in_a_turn_of_its_own(scene, news: str) -> None:
+    scene.settle()
+    canvas, drawings = scene.view._stage.canvas, []
+    canvas._painted = False
+    draw = canvas._draw
+    canvas._draw = lambda: (drawings.append(None), draw())
+    attrgetter(news)(scene.session).emit()
+    # What is to be painted in this turn, the slices among it.
+    canvas.widget.repaint()
+    assert not drawings
+    scene.qtbot.waitUntil(lambda: len(drawings) == 1)
 
 
 def test_on_a_screen_the_scene_comes_into_sight_with_its_frame_and_goes_with_what_is_behind(scene) -> None:

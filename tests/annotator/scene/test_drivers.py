@@ -6,7 +6,6 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="nobody else tel
 
 CODE = """
 import ctypes
+import mmap
 import sys
 from pathlib import Path
 from annotator.scene.drivers import Drivers
@@ -22,10 +22,17 @@ folder, *needed = sys.argv[1:]
 drivers = Drivers(Path(folder), "xcb")
 drivers.keep()  # nothing is known yet
 drivers.load()
-maps = Path("/proc/self/maps").read_text()
-print(*[name for name in ("old", "new") if f"lib{name}.so" in maps])
+maps = Path("/proc/self/maps").read_bytes()
+print(*[name for name in ("old", "new") if f"lib{name}.so".encode() in maps])
+data = []
 for path in needed:
-    ctypes.CDLL(path)
+    if path == "crash":
+        sys.exit()
+    if "lib" in Path(path).name:
+        ctypes.CDLL(path)
+    else:
+        with open(path, "rb") as file:
+            data.append(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
 drivers.keep()
 """
 
@@ -52,15 +59,17 @@ def start(kept: Path, *needed: str) -> list[str]:
 
 def noted(kept: Path) -> list[str]:
     """Return those that are noted of the two; a library may need others of the system."""
-    return [path for path in json.loads(kept.read_text()) if Path(path).parent == kept.parents[1]]
+    return [
+        path for path in json.loads(kept.read_text())["libraries"] if kept.parents[1] in Path(path).parents
+    ]
 
 
 def test_the_next_start_loads_what_this_one_needed(libraries: dict[str, str], kept: Path) -> None:
     assert start(kept, libraries["old"]) == []
     assert noted(kept) == [libraries["old"]]
-    before = kept.stat().st_mtime_ns
+    before = kept.read_text()
     assert start(kept, libraries["old"]) == ["old"]
-    assert kept.stat().st_mtime_ns == before, "nothing new is written"
+    assert kept.read_text() == before
     assert not Path(kept.parent, "opengl-libraries-offscreen.json").exists()
 
 
@@ -71,15 +80,39 @@ def test_a_library_that_is_gone_is_forgotten(libraries: dict[str, str], kept: Pa
     assert noted(kept) == [libraries["new"]]
 
 
-def test_after_a_month_it_is_noted_anew(libraries: dict[str, str], kept: Path) -> None:
+def test_after_a_month_it_is_noted_anew_whatever_was_added_meanwhile(
+    libraries: dict[str, str], kept: Path
+) -> None:
     start(kept, libraries["old"])
-    long_ago_s = time.time() - 31 * 24 * 3600
-    os.utime(kept, (long_ago_s, long_ago_s))
+    note = json.loads(kept.read_text())
+    kept.write_text(json.dumps(note | {"noted_s": note["noted_s"] - 29 * 24 * 3600}))
+    assert start(kept, libraries["new"]) == ["old"]
+    assert noted(kept) == sorted(libraries.values())
+    note = json.loads(kept.read_text())
+    kept.write_text(json.dumps(note | {"noted_s": note["noted_s"] - 2 * 24 * 3600}))
     assert start(kept, libraries["new"]) == []
     assert noted(kept) == [libraries["new"]]
 
 
-@pytest.mark.parametrize("content", ["", "{", "{}", "[1]", '["nowhere/libold.so"]'])
+def test_what_ends_the_program_is_not_tried_again(libraries: dict[str, str], kept: Path) -> None:
+    start(kept, libraries["old"])
+    assert start(kept, "crash") == ["old"]
+    assert start(kept, libraries["new"]) == []
+
+
+def test_data_are_no_libraries_whatever_they_are_called(
+    libraries: dict[str, str], kept: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / os.fsdecode(b"M\xfcller.source")
+    folder.mkdir()
+    volume = shutil.copyfile(libraries["old"], folder / "volume.so")
+    assert start(kept, str(volume), libraries["new"]) == []
+    assert noted(kept) == [libraries["new"]]
+
+
+@pytest.mark.parametrize(
+    "content", ["", "{", "[]", '{"noted_s": 1e12, "libraries": [1]}', '{"libraries": []}']
+)
 def test_a_damaged_note_is_none(content: str, libraries: dict[str, str], kept: Path) -> None:
     kept.parent.mkdir()
     kept.write_text(content)

@@ -46,6 +46,34 @@ def test_it_waits_for_the_first_pictures_of_a_volume(
     assert seen == [True]
 
 
+class NotedDrivers:
+    """Notes what is asked of them, and by which thread."""
+
+    def __init__(self, *_: object) -> None:
+        self.calls: list[tuple[str, bool]] = []
+
+    def load(self) -> None:
+        self.calls.append(("load", threading.current_thread() is threading.main_thread()))
+
+    def keep(self) -> None:
+        self.calls.append(("keep", threading.current_thread() is threading.main_thread()))
+
+
+def test_what_draws_the_scene_is_loaded_in_the_thread_and_noted_once_it_has_drawn(
+    qtbot: QtBot, make_window: MakeWindow, empty_session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drivers = NotedDrivers()
+    monkeypatch.setattr(scene_import, "Drivers", lambda *_: drivers)
+    window = make_window(empty_session)
+    seen: list[list[tuple[str, bool]]] = []
+    monkeypatch.setattr(window.scene, "start_in_turns", lambda: seen.append([*drivers.calls]))
+    window.prepare_scene()
+    qtbot.waitUntil(lambda: bool(seen))
+    assert seen == [[("load", False)]]
+    window.scene.started.emit()
+    qtbot.waitUntil(lambda: drivers.calls == [("load", False), ("keep", False)])
+
+
 def test_it_begins_without_a_volume_that_keeps_a_person_waiting(
     qtbot: QtBot,
     begun: threading.Event,

@@ -445,3 +445,15 @@ def swap(folder: Path, person: str, volume_id: str) -> None:
     path = annotation_path(folder, person, volume_id, "keypoints")
     document, identity = load_annotation(path)
     save_annotation(relabel(document, {"k2": "k3", "k3": "k2"}), path, expected=identity)
+
+
+def test_what_came_while_it_was_hidden_is_there_when_it_is_shown(
+    qtbot: QtBot, panel: AgreementPanel, rita: Session
+) -> None:
+    panel.hide()
+    with qtbot.waitSignal(rita.agreeing.computed, timeout=60_000):
+        rita.agreeing.compute()
+    panel.show()
+    tabs = panel.findChild(QTabWidget, "agreement_tabs")
+    assert tabs is not None
+    assert tabs.isTabVisible(0)

@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import platform
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -16,7 +17,14 @@ from pytestqt.qtbot import QtBot
 from annotations.documents.annotation import Annotation
 from annotations.documents.edits import place_keypoint
 from annotations.documents.files import annotation_bytes, load_annotation
-from annotations.documents.locks import STALE_S, TAKEOVER_LOG, LockHolder, holder_of, lock_path
+from annotations.documents.locks import (
+    STALE_S,
+    TAKEOVER_LOG,
+    DocumentLock,
+    LockHolder,
+    holder_of,
+    lock_path,
+)
 from annotations.documents.record import changed
 from annotations.documents.recovery import find_recoveries
 from annotations.documents.study import Study, StudyVolume, ViewingRules, annotation_path, save_study
@@ -431,6 +439,24 @@ class TestStudy:
         # It is nobody's lock: anna can have it open at the same time.
         assert holder_of(path_of(session)) is None
         assert window(study_folder).read_only_reason == ""
+
+    def test_the_lock_of_what_was_open_goes_without_the_window_waiting_for_it(
+        self, qtbot, window, study_folder, annas_document, monkeypatch
+    ):
+        session = window(annotator="lead")
+        left, threads, release = path_of(session), [], DocumentLock.release
+
+        def noted(lock: DocumentLock) -> None:
+            threads.append(threading.current_thread())
+            release(lock)
+
+        monkeypatch.setattr(DocumentLock, "release", noted)
+        assert holder_of(left) is not None
+        open_and_wait(qtbot, session, keep(annas_document, study_folder, "anna"))
+        assert "annotation of anna" in session.read_only_reason
+        qtbot.waitUntil(lambda: not lock_path(left).exists())
+        assert threads
+        assert threading.main_thread() not in threads
 
     def test_it_is_not_saved_into_the_study_again_under_another_name(
         self, qtbot, window, study_folder, annas_document, tmp_path

@@ -51,7 +51,7 @@ def test_a_large_volume_is_averaged_after_its_first_pictures_and_once(
         return averaged_level(volume, *arguments, **options)
 
     monkeypatch.setattr(level_loader, "averaged_level", noted)
-    monkeypatch.setattr(level_loader.time, "sleep", lambda _seconds: done.append("pictures first"))
+    monkeypatch.setattr(level_loader, "_let_pictures_come", lambda _cancelled: done.append("pictures first"))
     monkeypatch.setattr(level_loader, "_AT_ONCE_VOXELS", 50 * 40 * 30)
     for name, length in (("large.npy", 51), ("small.npy", 50)):
         np.save(tmp_path / name, np.zeros((length, 40, 30), dtype=np.uint8))
@@ -63,3 +63,12 @@ def test_a_large_volume_is_averaged_after_its_first_pictures_and_once(
         assert empty_session.level is not None
         assert empty_session.level.kind == "averaged"
     assert done == ["pictures first", "averaging large.npy", "averaging small.npy"], "then it is kept"
+
+
+def test_a_volume_that_nobody_waits_for_any_more_keeps_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(level_loader, "_PICTURES_FIRST_S", 60.0)
+    answers = iter([False, False, True])
+
+    level_loader._let_pictures_come(lambda: next(answers))
+
+    assert next(answers, None) is None
