@@ -8,7 +8,7 @@ import sys
 
 import pytest
 from PySide6.QtCore import QItemSelectionModel, Qt
-from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton, QTreeView
+from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton, QToolButton, QTreeView
 
 from annotations.documents.record import changed
 from annotations.documents.study import ViewingRules, load_study, save_study
@@ -213,6 +213,8 @@ class TestPredicting:
         reviewer.action("predict_study").trigger()
         qtbot.waitUntil(lambda: len(network.asked) == 2, timeout=LONG_MS)
         assert not reviewer.action("predict_study").isEnabled()
+        cancel = reviewer.window.findChild(QToolButton, "jobs_cancel")
+        qtbot.waitUntil(cancel.isVisible)
         reviewer.click(reviewer.window, "jobs_cancel")
         qtbot.waitUntil(lambda: not empty_session.predicting.is_predicting, timeout=LONG_MS)
         assert [path_of(folder, name).exists() for name in IDS] == [True, False, False]
