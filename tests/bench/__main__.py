@@ -35,6 +35,7 @@ PARTS_OF_ALL = ("start", "window", "cold", "watch", "edits", "sizes", "studies")
 STUDIES = (10, 100, 1000)
 _COLD_TIMES = 3
 _COMPARED_VOLUMES = 100
+_GROWTH_TIMES = 7
 _EMPTY, _LARGER = "empty", "empty, × 4"
 _GROWTH = tuple(
     Comparison(f"open to {name.replace('_', ' ')}", f"open_to_{name}_ms", f"open_to_{name}_ms")
@@ -124,9 +125,9 @@ class Benchmark:
             _say(f"{name} of the volume")
             request = Request("window", part(self._volume, folder, name), max(4, self._options.times // 4))
             found[name] = self._run(request)
-        for _ in range(self._options.rounds):
-            for rounds, times in ((self.empty, 1), (self.larger, 2)):
-                rounds.append(self._step("empty", count=times))
+        for empty, larger in self._step("growth", times=_GROWTH_TIMES).get("rounds", ()):
+            self.empty.append(empty)
+            self.larger.append(larger)
         return found | {_EMPTY: medians(self.empty), _LARGER: medians(self.larger)}
 
     def _step(self, step: str, *, times: int = 1, count: int = 0) -> dict[str, Any]:
@@ -203,9 +204,7 @@ def _parser() -> argparse.ArgumentParser:
         default=PARTS_OF_ALL,
         help="measure these alone; start and window are what the peer's are compared with",
     )
-    parser.add_argument(
-        "--rounds", type=int, default=3, help="of start, window and empty volumes (%(default)s)"
-    )
+    parser.add_argument("--rounds", type=int, default=3, help="of start and window (%(default)s)")
     parser.add_argument("--times", type=int, default=20, help="of each figure in a round (%(default)s)")
     parser.add_argument("--edits", type=int, default=10_000, help="how many (%(default)s)")
     parser.add_argument("--peer", metavar="COMMAND", help="runs in turn with ours, on the same volume")

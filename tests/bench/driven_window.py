@@ -44,6 +44,8 @@ class DrivenWindow:
         Those of the scene, once it is there.
     paintings : tuple of Paintings
         Those of the slices.
+    level_folder : Path
+        Where averaged levels are kept.
     """
 
     def __init__(
@@ -52,13 +54,14 @@ class DrivenWindow:
         self._canvas_px = canvas_px
         application = QApplication.instance()
         self.application = application if isinstance(application, QApplication) else make_application()
+        self.level_folder = folder / "levels"
         self.garbage = GarbageCollection()
         self.garbage.start()
         self.session = Session(
             SessionOptions(
                 annotator_name=annotator,
                 recovery_folder=folder / "recovery",
-                level_cache_folder=folder / "levels",
+                level_cache_folder=self.level_folder,
             )
         )
         FreedMemory(self.session, parent=self.session)

@@ -20,8 +20,6 @@ from tests.bench.volumes import empty_volume, placed, read_once
 if TYPE_CHECKING:
     from tests.bench.driven_window import DrivenWindow
 
-_REST_S = 2.0
-
 Result = dict[str, object]
 """Figures by name, and in ``watches`` what a watchdog saw."""
 
@@ -91,27 +89,29 @@ def _window(request: Request, folder: Path) -> Result:
         return {**figures, "renderer": stage.renderers.renderer_name()}
 
 
-def _opening(request: Request, folder: Path, *, rest_s: float = 0.0) -> Result:
-    """The opening alone, so long after the scene is there."""
+def _opening(request: Request, folder: Path) -> Result:
+    """The opening alone."""
     from tests.bench.opening import measure_opening
 
     with _driven(folder) as driven:
-        driven.rest(rest_s)
         return dict(measure_opening(driven, placed(request.volume, folder / "volume")))
 
 
-def _empty(request: Request, folder: Path) -> Result:
-    """The opening of an empty volume, so many times as large as the given one along its first two axes."""
+def _growth(request: Request, folder: Path) -> Result:
+    """The opening of an empty volume as large as the given one, and of one twice as large along two axes."""
     from annotations.volumes import open_volume
+    from tests.bench.growth import measure_growth
 
     with open_volume(request.volume) as volume:
         x, y, z = volume.shape
-    times = request.count
-    path = empty_volume(folder / "empty.npy", (x * times, y * times, z))
-    # Else they would differ by what has to come from the disk; and without a rest by what is left of the
-    # program in the processor's caches, through which all of it has gone.
-    read_once(path)
-    return _opening(Request(request.step, path), folder, rest_s=_REST_S)
+    larger = empty_volume(folder / "larger.npy", (2 * x, 2 * y, z))
+    empty = empty_volume(folder / "empty.npy", (x, y, z))
+    for path in (larger, empty):
+        # Else they would differ by what has to come from the disk.
+        read_once(path)
+    with _driven(folder) as driven:
+        paths = placed(empty, folder / "volume"), placed(larger, folder / "larger")
+        return {"rounds": measure_growth(driven, paths, request.times)}
 
 
 def _cold(request: Request, folder: Path) -> Result:
@@ -168,7 +168,7 @@ def _study(request: Request, folder: Path) -> Result:
 STEPS: dict[str, Callable[[Request, Path], Result]] = {
     "window": _window,
     "opening": _opening,
-    "empty": _empty,
+    "growth": _growth,
     "cold": _cold,
     "watch": _watch,
     "edits": _edits,
