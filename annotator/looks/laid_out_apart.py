@@ -26,10 +26,13 @@ class LaidOutApart(QWidget):
         self.row.setContentsMargins(0, 0, 0, 0)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
+    def widgets(self) -> list[QWidget]:
+        """Return what is in the row, shown or not."""
+        return [child for child in self._inside.children() if isinstance(child, QWidget)]
+
     def sizeHint(self) -> QSize:
-        return QSize(
-            self._width_px, max((child.sizeHint().height() for child in self._children()), default=0)
-        )
+        height_px = max((widget.sizeHint().height() for widget in self.widgets()), default=0)
+        return QSize(self._width_px, height_px)
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
@@ -51,6 +54,3 @@ class LaidOutApart(QWidget):
     def _claim(self) -> None:
         self._width_px = self.row.minimumSize().width()
         self.updateGeometry()
-
-    def _children(self) -> list[QWidget]:
-        return [child for child in self._inside.children() if isinstance(child, QWidget)]

@@ -206,12 +206,22 @@ class StatusLine(QStatusBar):
         self._message.setText(message)
         self._message.setVisible(bool(message))
         self._hint.setVisible(not message)
-        room = self.width() // 2 - 2 * _MARGIN_PX
-        is_long = self.fontMetrics().horizontalAdvance(message) > room
+        is_long = bool(message) and self._message.fontMetrics().horizontalAdvance(message) > self._room_px()
         if is_long != self._is_message_long:
             self._is_message_long = is_long
             self._cursor.setVisible(not is_long)
             self._draw_spacing()
+
+    def _room_px(self) -> int:
+        """Return the width that a message has beside all the rest, with the numbers that can wait."""
+        numbers, texts = (self._cursor, self._spacing), (self._hint, self._message)
+        beside = [
+            widget
+            for widget in self._line.widgets()
+            if widget not in texts and (widget in numbers or not widget.isHidden())
+        ]
+        taken_px = sum(widget.sizeHint().width() + self._line.row.spacing() for widget in beside)
+        return self._line.width() - _MARGIN_PX - taken_px
 
     def _on_session_message_posted(self, message: str) -> None:
         self.showMessage(message, _MESSAGE_MS)

@@ -101,11 +101,6 @@ class DrivenWindow:
         self.wait(ready)
         return 1000 * (time.perf_counter() - begun_s)
 
-    def rest(self, rest_s: float) -> None:
-        """Let the window be for a while, as a person does who looks for a file."""
-        ends_s = time.perf_counter() + rest_s
-        self.wait(lambda: time.perf_counter() > ends_s)
-
     def prepare_scene(self) -> None:
         """Load the scene, as the application does once its window is shown."""
         self.window.prepare_scene()

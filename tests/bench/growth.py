@@ -7,7 +7,7 @@ from tests.bench.driven_window import DrivenWindow
 from tests.bench.figures import Figures
 from tests.bench.opening import measure_opening
 
-_REST_S = 2.0
+_PAUSE_S = 2.0
 
 
 def measure_growth(driven: DrivenWindow, paths: tuple[Path, Path], times: int) -> list[list[Figures]]:
@@ -26,7 +26,7 @@ def measure_growth(driven: DrivenWindow, paths: tuple[Path, Path], times: int) -
             driven.session.close_volume()
             shutil.rmtree(driven.level_folder, ignore_errors=True)
             # Else it is measured what the gigabytes before it have left in the processor's caches.
-            driven.rest(_REST_S)
+            driven.pause(_PAUSE_S)
             figures.append(measure_opening(driven, path))
         rounds.append(figures)
     driven.session.close_volume()

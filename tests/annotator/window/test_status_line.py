@@ -153,6 +153,22 @@ def test_a_message_that_is_too_long_is_cut_with_an_ellipsis_and_whole_on_hover(l
     assert line.findChild(QLabel, "status_spacing").isVisible()
 
 
+def test_numbers_give_way_to_a_message_that_fits_without_them(line, session):
+    line.show_cursor(A_UM, "117")
+    line.resize(600, line.height())
+    lay_out()
+    session.post_message("Saved v001 as anna")
+    lay_out()
+    message = line.findChild(QLabel, "status_message")
+    assert message.width() >= message.sizeHint().width()
+    line.resize(1200, line.height())
+    lay_out()
+    session.post_message("Saved v001 as ben")
+    lay_out()
+    assert message.width() >= message.sizeHint().width()
+    assert line.findChild(QLabel, "status_cursor").isVisible()
+
+
 def test_spacing_and_its_origin(line, session):
     assert text(line, "status_spacing") == "15.9 × 13.5 × 9.4 µm"
     assert session.spacing_note in line.findChild(QLabel, "status_spacing").toolTip()
