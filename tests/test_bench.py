@@ -50,7 +50,7 @@ def test_a_window_is_measured_from_the_opening_of_a_volume_on(
     compared = {each.ours for each in COMPARISONS} - {"anonymous_mib", "start_to_window_ms"}
     assert compared <= set(figures)
     assert all(value > 0 for name, value in figures.items() if name.endswith("_ms"))
-    assert figures["open_to_first_slice_ms"] <= figures["open_to_sharp_slices_ms"]
+    assert figures["open_to_first_slice_ms"] <= figures["open_to_fine_slices_ms"]
     assert (figures["edits_that_cast_the_volume"], figures["full_frames_while_moving_finest"]) == (0, 0)
 
 

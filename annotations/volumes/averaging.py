@@ -18,6 +18,8 @@ AVERAGED_BUDGET_VOXELS = 5_000_000
 _TILE_BYTES = 16 << 20
 _WHOLE_BYTES = 5 << 29
 """As much of a file is read at the most, where it can be read in part: a full volume, whole."""
+_PART_BYTES = 3 << 29
+"""As much is added up of one that is read in part: rows take longer to add than whole planes."""
 
 
 def averaged_level(
@@ -34,8 +36,8 @@ def averaged_level(
     partial one, whose mean is that of the voxels it has. NaN does not count in a mean; a block of nothing
     else is NaN. Means of integers are rounded.
 
-    Of a file that is larger than a full volume and can be read in part, only some planes of each block count:
-    it takes no longer to read, and as many voxels make a mean.
+    Of a file that is larger than a full volume and can be read in part, only some planes of each block count,
+    and of those some rows: it takes no longer.
 
     Parameters
     ----------
@@ -65,6 +67,7 @@ def averaged_level(
     counted = _counted_planes(volume, factors[slow])
     # In the order of memory, as the sums run along it.
     others = factors[1::-1] if volume.fortran_order else factors[1:]
+    rows = _counted_rows(volume, counted / factors[slow], others[0])
     tiles = list(_tiles(volume, factors, counted))
     parts = [_parts(tile, slow, factors[slow], counted) for tile in tiles]
     for region, read, following in zip(tiles, parts, [*parts[1:], []], strict=True):
@@ -77,7 +80,7 @@ def averaged_level(
             found = [each.transpose() for each in found]
         if counted == factors[slow]:
             found = [found[0][place::counted] for place in range(min(counted, len(found[0])))]
-        means = _means(found, others, data.dtype)
+        means = _means(found, others, rows, data.dtype)
         first, second, third = (
             slice(part.start // factor, -(-part.stop // factor))
             for part, factor in zip(region, factors, strict=True)
@@ -102,6 +105,25 @@ def _counted_planes(volume: Volume, factor: int) -> int:
     if volume.chunks is not None or size <= _WHOLE_BYTES:
         return factor
     return max(1, factor * _WHOLE_BYTES // size)
+
+
+def _counted_rows(volume: Volume, counted_share: float, factor: int) -> list[int]:
+    """Return the places of those rows of a block's planes that are added up: evenly over it, the first too.
+
+    Parameters
+    ----------
+    volume : Volume
+    counted_share : float
+        Of the volume's planes.
+    factor : int
+        Rows of a block.
+    """
+    count = factor
+    if counted_share < 1:
+        size = math.prod(volume.shape) * volume.dtype.itemsize * counted_share
+        # Of more than half of them the first is one: a partial block always has it.
+        count = min(factor, max(factor // 2 + 1, int(factor * _PART_BYTES / size)))
+    return [(2 * number + 1) * factor // (2 * count) for number in range(count)]
 
 
 def _parts(region: Region, slow: int, factor: int, counted: int) -> list[Region]:
@@ -148,7 +170,9 @@ def _cuts(length: int, edge: int) -> list[slice]:
     return [slice(start, min(start + edge, length)) for start in range(0, length, edge)]
 
 
-def _means(planes: Sequence[Array], factors: Sequence[int], dtype: np.dtype[Any]) -> Array:
+def _means(
+    planes: Sequence[Array], factors: Sequence[int], rows: Sequence[int], dtype: np.dtype[Any]
+) -> Array:
     """Return the means of a tile's blocks.
 
     Parameters
@@ -158,45 +182,48 @@ def _means(planes: Sequence[Array], factors: Sequence[int], dtype: np.dtype[Any]
         lack some.
     factors : sequence of int
         Of the blocks along axes 1 and 2.
+    rows : sequence of int
+        Places along axis 1, in each block, that count.
     """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         counts: Array
         if planes[0].dtype.kind == "f" and any(np.isnan(each).any() for each in planes):
             valid = [~np.isnan(each) for each in planes]
-            sums = _sums([np.where(*each, 0) for each in zip(valid, planes, strict=True)], factors)
-            counts = _sums([each.view(np.uint8) for each in valid], factors)
+            sums = _sums([np.where(*each, 0) for each in zip(valid, planes, strict=True)], factors, rows)
+            counts = _sums([each.view(np.uint8) for each in valid], factors, rows)
         else:
-            sums = _sums(planes, factors)
-            counts = _block_sizes(planes, factors)
+            sums = _sums(planes, factors, rows)
+            counts = _block_sizes(planes, factors, rows)
         means = sums / counts
         if dtype.kind in "iu":
             np.rint(means, out=means)
         return means.astype(dtype)
 
 
-def _sums(planes: Sequence[Array], factors: Sequence[int]) -> Array:
+def _sums(planes: Sequence[Array], factors: Sequence[int], rows: Sequence[int]) -> Array:
     """Sum over blocks, one axis after the other, each time in the narrowest type that holds the sums."""
     peak = 0
     if planes[0].dtype.kind in "iu" and planes[0].dtype.itemsize <= 2:
         bounds = np.iinfo(planes[0].dtype)
         peak = max(int(bounds.max), -int(bounds.min))
     second, third = factors
-    if len(planes) < second // 2:
+    if len(rows) < second or len(planes) < second // 2:
         # Whole planes are added faster than rows, but few of them leave much to be added.
-        peak *= second
-        planes = [_merged(each, 1, second, peak) for each in planes]
-        second = 1
+        peak *= len(rows)
+        planes = [_merged(each, 1, second, rows, peak) for each in planes]
+        second, rows = 1, [0]
     peak *= len(planes)
     sums = _added(planes, peak)
-    peak *= second
-    sums = _merged(sums, 1, second, peak)
-    return _merged(sums, 2, third, peak * third)
+    peak *= len(rows)
+    sums = _merged(sums, 1, second, rows, peak)
+    return _merged(sums, 2, third, range(third), peak * third)
 
 
-def _merged(values: Array, axis: int, factor: int, peak: int) -> Array:
+def _merged(values: Array, axis: int, factor: int, places: Sequence[int], peak: int) -> Array:
+    """Add up, along an axis, what lies at some places of each block; the first place is the block's first."""
     before = (slice(None),) * axis
-    places = range(min(factor, values.shape[axis]))
-    return _added([values[(*before, slice(place, None, factor))] for place in places], peak)
+    there = [place for place in places if place < values.shape[axis]]
+    return _added([values[(*before, slice(place, None, factor))] for place in there], peak)
 
 
 def _added(addends: Sequence[Array], peak: int) -> Array:
@@ -216,14 +243,14 @@ def _accumulator(dtype: np.dtype[Any], peak: int) -> type[np.number[Any]]:
     return next((each for each in narrow if peak <= np.iinfo(each).max), np.float64)
 
 
-def _block_sizes(planes: Sequence[Array], factors: Sequence[int]) -> Array:
+def _block_sizes(planes: Sequence[Array], factors: Sequence[int], rows: Sequence[int]) -> Array:
     first = np.zeros(len(planes[0]))
     for each in planes:
         first[: len(each)] += 1
     sizes: list[Array] = []
-    for length, factor in zip(planes[0].shape[1:], factors, strict=True):
-        along = np.full(-(-length // factor), factor, dtype=np.float64)
-        along[-1] = length - factor * (len(along) - 1)
+    for length, factor, places in zip(planes[0].shape[1:], factors, (rows, range(factors[1])), strict=True):
+        along = np.full(-(-length // factor), len(places), dtype=np.float64)
+        along[-1] = sum(place < length - factor * (len(along) - 1) for place in places)
         sizes.append(along)
     second, third = sizes
     counts: Array = first[:, None, None] * second[None, :, None] * third[None, None, :]

@@ -27,8 +27,9 @@ class SliceImage:
         The volume's axis that the plane is perpendicular to.
     index : int
         The full-resolution plane that it stands for.
-    sharp : bool
-        Whether it has every pixel of the volume.
+    every : tuple of int, or None
+        Of the plane's voxels, along the two axes, it has each how many-th. None where it was cut from a
+        level: that has voxels of a plane nearby, or means.
     """
 
     data: Array
@@ -36,7 +37,12 @@ class SliceImage:
     origin_um: tuple[float, float]
     axis: int
     index: int
-    sharp: bool
+    every: tuple[int, int] | None = None
+
+    @property
+    def sharp(self) -> bool:
+        """Whether it has every pixel of the volume."""
+        return self.every == (1, 1)
 
 
 def level_slice(
@@ -75,5 +81,4 @@ def level_slice(
         origin_um=(level.origin_um[across], level.origin_um[down]),
         axis=axis,
         index=index,
-        sharp=False,
     )

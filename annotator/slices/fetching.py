@@ -26,7 +26,7 @@ class SliceFetcher(QObject):
     Signals
     -------
     slice_arrived : SliceImage
-        In full resolution.
+        In full resolution, and where that takes long, before it once as the screen can show it.
     reading_failed
         ``is_failing`` became true.
     """
@@ -61,16 +61,23 @@ class SliceFetcher(QObject):
         """Whether the last reading failed."""
         return self._failing
 
-    def fetch(self, axis: int, index: int) -> SliceImage | None:
+    def fetch(self, axis: int, index: int, every: tuple[int, int] = (1, 1)) -> SliceImage | None:
         """Return a slice in full resolution if it is in memory, and have it read if it is not.
 
         Either way the slices that scrolling on will want are read next.
+
+        Parameters
+        ----------
+        axis, index : int
+        every : (int, int)
+            Of the slice's voxels along its two axes, in their order, each how many-th has a pixel of the
+            screen.
         """
         if self._source is None:
             return None
         step = index - self._last_index.get(axis, index)
         self._last_index[axis] = index
-        self._readers.wish(axis, index, step if abs(step) <= LONGEST_STEP else 0)
+        self._readers.wish(axis, index, step if abs(step) <= LONGEST_STEP else 0, every)
         return self._source.cache.get(axis, index)
 
     def close(self) -> None:

@@ -1,5 +1,6 @@
 """One thread an axis that reads the slice wished for last, then the ones to come."""
 
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -40,33 +41,50 @@ class SliceSource:
         They keep the volume's own type, so that the intensity under the cursor is the file's, and are laid
         out as they are drawn.
         """
+        images = self._read(axis, indices, (1, 1), given_up)
+        for image in images:
+            self.cache.put(image)
+        return images
+
+    def overview(
+        self, axis: int, index: int, every: tuple[int, int], given_up: Callable[[], bool]
+    ) -> SliceImage | None:
+        """Read some of a slice's voxels, one in so many along each of its axes; None if given up."""
+        return next(iter(self._read(axis, range(index, index + 1), every, given_up)), None)
+
+    def _read(
+        self, axis: int, indices: range, every: tuple[int, int], given_up: Callable[[], bool]
+    ) -> tuple[SliceImage, ...]:
         slices = read_slices(
             self.volume,
             self.plans[axis],
             indices,
+            every=every,
             transposed=self.planes[axis].is_transposed,
             given_up=given_up,
         )
         first, second = (other for other in range(3) if other != axis)
-        images = tuple(
+        return tuple(
             SliceImage(
                 data=data,
-                spacing_um=(self.spacing_um[first], self.spacing_um[second]),
+                spacing_um=(every[0] * self.spacing_um[first], every[1] * self.spacing_um[second]),
                 origin_um=(0.0, 0.0),
                 axis=axis,
                 index=index,
-                sharp=True,
+                every=every,
             )
             for index, data in zip(indices, slices or (), strict=slices is not None)
         )
-        for image in images:
-            self.cache.put(image)
-        return images
 
 
 # After a jump, or when another volume has been opened, the window draws its panels, and threads take Python's
 # lock away from it, a few milliseconds each time: for so long they put off what nobody waits for.
 PAUSE_AFTER_JUMP_S = 0.2
+# What the screen can show is there by then, and of a volume just opened all else that is waited for comes
+# first.
+PAUSE_AFTER_OVERVIEW_S = 1.0
+# An overview pays where it has one voxel of so many, or of more: else it only puts the slice off.
+_OVERVIEW_OF = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +99,8 @@ class Wish:
         How far, and which way, the view scrolled to get there; 0 after a jump.
     was_missing : bool
         Whether it was not in memory then: the view waits until it is told that it has come.
+    every : (int, int)
+        Of the slice's voxels along its two axes, each how many-th has a pixel of the screen.
     """
 
     source: SliceSource
@@ -88,6 +108,16 @@ class Wish:
     index: int
     step: int
     was_missing: bool
+    every: tuple[int, int] = (1, 1)
+
+    @property
+    def is_for_overview(self) -> bool:
+        """Whether some of the slice is worth reading first: all that is seen of it comes sooner, then.
+
+        Who scrolls on waits for slices that have been foreseen.
+        """
+        is_worth_it = math.prod(self.every) >= _OVERVIEW_OF and self.source.plans[self.axis].is_scattered
+        return is_worth_it and self.step == 0 and (self.axis, self.index) not in self.source.cache
 
 
 class SliceReaders:
@@ -96,7 +126,7 @@ class SliceReaders:
     Parameters
     ----------
     on_arrived : callable of (SliceSource, SliceImage)
-        Takes a slice that was wished for.
+        Takes a slice that was wished for, and before it what is seen of one that takes long to read.
     on_failed : callable of (SliceSource, Exception)
         Hears why a slice that was wished for cannot be read. Both are called in the reading threads, never
         after `stop` has returned, and must not wait for anything.
@@ -149,7 +179,7 @@ class SliceReaders:
             for axis in self._wishes:
                 self._wished[axis].notify()
 
-    def wish(self, axis: int, index: int, step: int) -> None:
+    def wish(self, axis: int, index: int, step: int, every: tuple[int, int] = (1, 1)) -> None:
         """Read a slice next; an earlier wish for the same axis is forgotten.
 
         Parameters
@@ -157,11 +187,13 @@ class SliceReaders:
         axis, index : int
         step : int
             How far, and which way, scrolling led there; 0 after a jump.
+        every : (int, int)
+            Of the slice's voxels along its two axes, each how many-th has a pixel of the screen.
         """
         with self._lock:
             if self._source is not None:
                 was_missing = (axis, index) not in self._source.cache
-                self._wishes[axis] = Wish(self._source, axis, index, step, was_missing)
+                self._wishes[axis] = Wish(self._source, axis, index, step, was_missing, every)
                 if self._has_begun:
                     self._wished[axis].notify()
                 self._calmed.notify_all()
@@ -205,7 +237,7 @@ class SliceReaders:
             done_with.clear()
             return True
         try:
-            image = self._read(wish)
+            image = None if self._show_overview(wish) else self._read(wish)
         except Exception as error:  # noqa: BLE001 - whatever it is, a person must hear of it
             self._settle(wish, self._on_failed, error)
             return True
@@ -219,6 +251,20 @@ class SliceReaders:
     def _due(self, axis: int) -> Wish | None:
         """Return the wish to be fulfilled now."""
         return self._wishes.get(axis) if self._has_begun else None
+
+    def _show_overview(self, wish: Wish) -> bool:
+        """Tell first what is seen of a slice, where that pays; True if a newer wish made it pointless."""
+        if not wish.is_for_overview:
+            return False
+        block = range(wish.index, wish.index + 1)
+        given_up = partial(self._is_pointless, wish, block)
+        image = wish.source.overview(wish.axis, wish.index, wish.every, given_up)
+        if image is None:
+            return True
+        with self._lock:
+            if not self._stopped:
+                self._on_arrived(wish.source, image)
+        return self._is_followed(wish, PAUSE_AFTER_OVERVIEW_S)
 
     def _read(self, wish: Wish) -> SliceImage | None:
         """Return the slice of a wish; None if a newer wish made it pointless meanwhile."""
@@ -268,7 +314,8 @@ class SliceReaders:
         """Wait a moment for another wish of the same axis; True as soon as it is there, or all is over."""
         with self._lock:
             return self._calmed.wait_for(
-                lambda: self._source is not wish.source or wish.axis in self._wishes, within_s
+                lambda: self._source is not wish.source or self._wishes.get(wish.axis, wish) is not wish,
+                within_s,
             )
 
     def _is_pointless(self, wish: Wish, block: range) -> bool:

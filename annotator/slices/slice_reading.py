@@ -20,6 +20,9 @@ TOGETHER_BYTES = 16 * 2**20
 # wanted; and after this much of one whose blocks are read, and held in memory, whole.
 PORTION_BYTES = 16 * 2**20
 PORTION_BYTES_HELD = 4 * 2**20
+# NumPy keeps Python's lock, and with it the window, where it copies no more elements than this: also while
+# the disk brings them.
+_COPIED_LOCKED = 500
 # How many slices are foreseen where each costs its own reading.
 SLICES_AHEAD = 4
 
@@ -46,6 +49,9 @@ class ReadingPlan:
         The other axis along which a reading is cut into portions.
     portion : int
         Length of a portion along that axis, in voxels.
+    is_scattered : bool
+        Whether a slice lies all over a file that is read page by page: then some of its rows cost less than
+        all of them.
     """
 
     axis: int
@@ -55,6 +61,7 @@ class ReadingPlan:
     chunk: int | None
     portion_axis: int
     portion: int
+    is_scattered: bool
 
     @classmethod
     def of(cls, volume: Volume, axis: int) -> Self:
@@ -68,12 +75,30 @@ class ReadingPlan:
             portion_axis = max(in_plane, key=lambda other: stride[other])
             reach = min(max(1, PAGE_BYTES // stride[axis]), shape[axis])
             portion = max(1, PORTION_BYTES // stride[portion_axis])
-            return cls(axis, shape[axis], min(reach, most), reach, None, portion_axis, portion)
+            return cls(
+                axis,
+                shape[axis],
+                together=min(reach, most),
+                reach=reach,
+                chunk=None,
+                portion_axis=portion_axis,
+                portion=portion,
+                is_scattered=stride[axis] < max(stride),
+            )
         chunk = min(volume.chunks[axis], shape[axis])
         portion_axis, other = in_plane
         row_bytes = chunk * volume.chunks[portion_axis] * shape[other] * item
         portion = volume.chunks[portion_axis] * max(1, PORTION_BYTES_HELD // row_bytes)
-        return cls(axis, shape[axis], min(chunk, most), chunk, chunk, portion_axis, portion)
+        return cls(
+            axis,
+            shape[axis],
+            together=min(chunk, most),
+            reach=chunk,
+            chunk=chunk,
+            portion_axis=portion_axis,
+            portion=portion,
+            is_scattered=False,
+        )
 
     def first(self, index: int) -> range:
         """Return the slices to read when one is wanted now: no more than cost the same."""
@@ -122,6 +147,7 @@ def read_slices(
     plan: ReadingPlan,
     indices: range,
     *,
+    every: tuple[int, int] = (1, 1),
     transposed: bool,
     given_up: Callable[[], bool],
 ) -> list[NDArray[Any]] | None:
@@ -131,6 +157,8 @@ def read_slices(
     ----------
     indices : range
         Which slices, in ascending order.
+    every : (int, int)
+        Of the voxels along the first and the second remaining axis, each how many-th is read; the first is.
     transposed : bool
         Lay each slice out so that its transpose is C-contiguous: then drawing need not turn it.
     given_up : callable
@@ -138,7 +166,7 @@ def read_slices(
 
     Returns
     -------
-    list of ndarray, shape (voxels along the first, along the second remaining axis), or None
+    list of ndarray, shape (those along the first, along the second remaining axis), or None
         None if given up.
 
     Raises
@@ -147,17 +175,21 @@ def read_slices(
         The file cannot be read.
     """
     first, second = (axis for axis in range(3) if axis != plan.axis)
-    shape = (volume.shape[first], volume.shape[second])
+    shape = (-(-volume.shape[first] // every[0]), -(-volume.shape[second] // every[1]))
     slices = [_laid_out(shape, volume.dtype, transposed=transposed) for _ in indices]
-    length = volume.shape[plan.portion_axis]
-    edges = [*range(0, length, plan.portion), length]
+    rows_first = plan.portion_axis == first
+    along = every[0] if rows_first else every[1]
+    length = shape[0] if rows_first else shape[1]
+    across = shape[1] if rows_first else shape[0]
+    portion = max(plan.portion, _COPIED_LOCKED // (across * len(indices)) + 1)
+    edges = [*range(0, length, portion), length]
     region = [slice(None), slice(None), slice(None)]
     region[plan.axis] = slice(indices.start, indices.stop, indices.step)
-    rows_first = plan.portion_axis == first
+    region[first], region[second] = slice(None, None, every[0]), slice(None, None, every[1])
     for start, stop in pairwise(edges):
         if given_up():
             return None
-        region[plan.portion_axis] = slice(start, stop)
+        region[plan.portion_axis] = slice(start * along, stop * along, along)
         part = volume.read((region[0], region[1], region[2]))
         if plan.chunk is None:
             # Touches a mapped file once for all slices; numpy lets other threads run meanwhile.

@@ -124,6 +124,14 @@ class SliceView(QWidget):
         return self._viewport is None or (self._image is not None and self._image.sharp)
 
     @property
+    def is_fine(self) -> bool:
+        """Whether the image is as sharp as the screen can show it: in full resolution it would look alike."""
+        if self.is_sharp or self._viewport is None or self._image is None:
+            return self.is_sharp
+        had, shown = self._image.every, self._viewport.voxels_per_pixel(self.devicePixelRatioF())
+        return had is not None and had[0] <= shown[0] and had[1] <= shown[1]
+
+    @property
     def times_drawn(self) -> int:
         """How often the image, not only what lies over it, was drawn."""
         return self._picture.times_drawn
@@ -211,7 +219,7 @@ class SliceView(QWidget):
         self._tell_cursor()
 
     def _on_session_levels_changed(self) -> None:
-        if self._image is None or not self._image.sharp:
+        if not self.is_fine:
             self._take_coarse_image()
             self.update()
 
@@ -248,11 +256,19 @@ class SliceView(QWidget):
         self._index = index
         if self._viewport is not None:
             self.setAccessibleDescription(plane_texts(self._viewport.plane, index)[0])
-        sharp = self._fetcher.fetch(self.axis, self._index)
+        sharp = self._fetch()
         if sharp is not None:
             self._image = sharp
         else:
             self._take_coarse_image()
+
+    def _fetch(self) -> SliceImage | None:
+        """Return the sharp image if it is in memory; else it is read, what the screen can show first."""
+        every = (1, 1)
+        # Of what is under the cursor, the intensity is shown, too.
+        if self._viewport is not None and self._cursor_at is None:
+            every = self._viewport.voxels_per_pixel(self.devicePixelRatioF())
+        return self._fetcher.fetch(self.axis, self._index, every)
 
     def _take_coarse_image(self) -> None:
         level, volume, spacing_um = self._session.slice_level, self._session.volume, self._session.spacing_um
@@ -311,7 +327,7 @@ class SliceView(QWidget):
             plane=plane_texts(viewport.plane, self._index),
             readout=readout.text if readout is not None else "",
             placing=click_meaning(self._session),
-            remark="" if self.is_sharp else FAILED if self._fetcher.is_failing else COARSE,
+            remark="" if self.is_fine else FAILED if self._fetcher.is_failing else COARSE,
         )
 
     def _area(self) -> Area:
@@ -332,6 +348,8 @@ class SliceView(QWidget):
     def _see(self, viewport: Viewport) -> None:
         if viewport != self._viewport:
             self._viewport = viewport
+            if not self.is_fine:
+                self._fetch()
             self._redraw()
             self._tell_cursor()
 
@@ -395,6 +413,8 @@ class SliceView(QWidget):
 
     def enterEvent(self, event: QEnterEvent) -> None:
         self._point_at(event.position())
+        if not self.is_sharp:
+            self._fetch()
         self._gestures.show_cursor(event.position())
 
     def leaveEvent(self, _event: QEvent) -> None:

@@ -75,6 +75,23 @@ class Viewport:
         """Whether the whole plane is shown, as large as possible."""
         return self == Viewport.fitted(self.plane, self.area)
 
+    def voxels_per_pixel(self, pixel_ratio: float) -> tuple[int, int]:
+        """Return how many voxels one pixel of the screen covers, whole ones, and at least one.
+
+        Along the two array axes of the plane, in their order.
+
+        Parameters
+        ----------
+        pixel_ratio : float
+            Device pixels per logical pixel.
+        """
+        first, second = sorted((self.plane.horizontal, self.plane.vertical))
+        pixel_um = 1 / (self.scale * pixel_ratio)
+        return (
+            max(1, int(pixel_um / self.plane.spacing_um[first])),
+            max(1, int(pixel_um / self.plane.spacing_um[second])),
+        )
+
     def pixel(self, position_um: Sequence[float]) -> tuple[float, float]:
         """Return where on the widget a position lies, whatever its distance from the plane."""
         return self.pixel_of_flat(self.plane.flat(position_um))

@@ -197,8 +197,9 @@ class Paintings(QObject):
 
     Attributes
     ----------
-    count, sharp_count : int
-        How often the slice was painted, and how often in full resolution.
+    count, fine_count, sharp_count : int
+        How often the slice was painted, how often as sharp as the screen can show it, and how often in full
+        resolution.
     times_s : list of float
         When each painting of a volume's slice ended, by `time.perf_counter`. On the screen it is a little
         later: Qt copies the picture of the window right after.
@@ -207,7 +208,7 @@ class Paintings(QObject):
     def __init__(self, view: SliceView) -> None:
         super().__init__(view)
         self._view = view
-        self.count = self.sharp_count = 0
+        self.count = self.fine_count = self.sharp_count = 0
         self.times_s: list[float] = []
         view.installEventFilter(self)
 
@@ -220,5 +221,6 @@ class Paintings(QObject):
         self.count += 1
         if self._view.times_drawn > drawn_before:
             self.times_s.append(time.perf_counter())
+        self.fine_count += self._view.is_fine
         self.sharp_count += self._view.is_sharp
         return True

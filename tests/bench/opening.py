@@ -11,7 +11,7 @@ def measure_opening(driven: DrivenWindow, path: Path) -> Figures:
     """Open a volume in a window that is ready, all four panes in it."""
     session, window = driven.session, driven.window
     drawn_before = window.scene.volume_draws
-    sharp_before = [painting.sharp_count for painting in driven.paintings]
+    fine_before = [painting.fine_count for painting in driven.paintings]
     begun_s = time.perf_counter()
     figures: Figures = {}
 
@@ -31,11 +31,11 @@ def measure_opening(driven: DrivenWindow, path: Path) -> Figures:
     note("first_3d_frame")
     driven.wait(
         lambda: all(
-            painting.sharp_count > before
-            for painting, before in zip(driven.paintings, sharp_before, strict=True)
+            painting.fine_count > before
+            for painting, before in zip(driven.paintings, fine_before, strict=True)
         )
     )
-    note("sharp_slices")
+    note("fine_slices")
     driven.wait(lambda: session.level is not None and session.level.kind == "averaged")
     note("finest_level")
     driven.settle()

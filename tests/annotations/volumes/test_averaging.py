@@ -183,6 +183,35 @@ def test_of_a_large_file_some_planes_of_each_block_are_read(
     np.testing.assert_array_equal(np.moveaxis(level.data, slow, 0), np.concatenate(expected))
 
 
+@pytest.mark.parametrize("kind", ["u1", "f4"])
+@pytest.mark.parametrize("fortran_order", [False, True])
+def test_of_the_planes_that_are_read_some_rows_of_each_block_are_added_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fortran_order: bool, kind: str
+) -> None:
+    shape = (12, 21, 8)
+    # Each row has a value of its own, and the fifth of each block is far from all others.
+    array = np.broadcast_to(np.arange(21, dtype=kind)[None, :, None], shape).copy()
+    array[:, 5:7] = 200
+    if kind == "f4":
+        array[:, 0] = np.nan
+    np.save(tmp_path / "v.npy", array.T if fortran_order else array)
+    size = array.size * array.itemsize
+    monkeypatch.setattr(averaging, "_WHOLE_BYTES", size // 2)
+    monkeypatch.setattr(averaging, "_PART_BYTES", size // 4)
+    monkeypatch.setattr(averaging, "preview_factors", lambda *_: (6, 9, 4)[:: -1 if fortran_order else 1])
+    level = averaged(open_volume(tmp_path / "v.npy"), 50)
+    # Half of the planes' rows would be 4 of 9; of 5 the first is one, in the partial block, too.
+    rows = [0, 2, 4, 6, 8]
+    assert averaging._counted_rows(open_volume(tmp_path / "v.npy"), 3 / 6, 9) == rows
+    expected = [
+        np.nanmean([array[0, start + row, 0] for row in rows if start + row < 21]) for start in (0, 9, 18)
+    ]
+    means = level.data.T if fortran_order else level.data
+    np.testing.assert_allclose(
+        means, np.broadcast_to(np.array(expected)[None, :, None], means.shape), atol=0.5
+    )
+
+
 def test_no_more_is_read_of_a_volume_four_times_as_large(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -240,5 +269,5 @@ def test_means_are_those_of_blocks_of_any_shape(
     if extreme:
         values[values > 9] = np.nan if kind == "f4" else np.iinfo(kind).max
     planes = [values[place :: factors[0]] for place in range(min(factors[0], shape[0]))]
-    found = averaging._means(planes, factors[1:], np.dtype(np.float64))
+    found = averaging._means(planes, factors[1:], range(factors[1]), np.dtype(np.float64))
     np.testing.assert_allclose(found, slow_means(values, factors), rtol=1e-12)

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QEvent, QObject, QPointF
+from PySide6.QtGui import QEnterEvent
 from pytestqt.qtbot import QtBot
 
 from annotations.volumes import SliceImage, Volume, VolumeError
@@ -168,6 +169,57 @@ def test_after_a_jump_the_window_is_drawn_before_the_slices_beside_it_are_read(
     with qtbot.waitSignal(fetcher.slice_arrived):
         fetcher.fetch(2, 8)
     qtbot.waitUntil(lambda: all((2, index) in source.cache for index in range(7, 12)))
+    fetcher.close()
+
+
+def test_after_a_jump_what_the_screen_can_show_comes_before_the_slice(
+    qtbot: QtBot, session: Session, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slice_readers, "PAUSE_AFTER_OVERVIEW_S", 60.0)
+    disk.gate.set()
+    fetcher = SliceFetcher(session)
+    with qtbot.waitSignal(fetcher.slice_arrived) as blocker:
+        fetcher.fetch(2, 7, (3, 4))
+    overview: SliceImage = blocker.args[0]
+    assert (overview.axis, overview.index, overview.sharp) == (2, 7, False)
+    assert np.array_equal(overview.data, disk._array[::3, ::4, 7])
+    assert overview.spacing_um == (3 * 15.9, 4 * 13.5)
+    assert overview.origin_um == (0.0, 0.0)
+
+    # Whoever goes on does not wait for that minute to end, and then, as one scrolls, for no overview.
+    with qtbot.waitSignal(fetcher.slice_arrived) as blocker:
+        fetcher.fetch(2, 8, (3, 4))
+    assert blocker.args[0].sharp
+
+    # Nor for one of a slice that is in memory.
+    with qtbot.waitSignal(fetcher.slice_arrived) as blocker:
+        assert fetcher.fetch(2, 8, (3, 4)) is not None
+    assert blocker.args[0].sharp
+    fetcher.close()
+
+
+def test_the_slice_follows_what_the_screen_can_show_of_it(
+    qtbot: QtBot, session: Session, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slice_readers, "PAUSE_AFTER_OVERVIEW_S", 0.02)
+    disk.gate.set()
+    fetcher = SliceFetcher(session)
+    arrived: list[bool] = []
+    fetcher.slice_arrived.connect(lambda image: arrived.append(image.sharp))
+    fetcher.fetch(1, 7, (3, 3))
+    qtbot.waitUntil(lambda: arrived == [False, True])
+    fetcher.close()
+
+
+@pytest.mark.parametrize(("axis", "every"), [(0, (9, 9)), (2, (2, 4))])
+def test_there_is_no_overview_where_it_would_only_put_the_slice_off(
+    qtbot: QtBot, session: Session, disk: Disk, axis: int, every: tuple[int, int]
+) -> None:
+    disk.gate.set()
+    fetcher = SliceFetcher(session)
+    with qtbot.waitSignal(fetcher.slice_arrived) as blocker:
+        fetcher.fetch(axis, 7, every)
+    assert blocker.args[0].sharp
     fetcher.close()
 
 
@@ -338,6 +390,63 @@ def test_views_show_the_coarse_level_at_once_and_become_sharp(
     disk.gate.set()
     qtbot.waitUntil(lambda: view.is_sharp)
     assert view._header(view.viewport).remark == ""  # type: ignore[arg-type]
+
+
+def test_a_view_asks_for_what_it_can_show_and_for_more_when_a_person_looks_closer(
+    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slice_readers, "PAUSE_AFTER_OVERVIEW_S", 60.0)
+    view = SliceView(session, 2, slow)
+    qtbot.addWidget(view)
+    # Of its 40 × 60 voxels this small view can show one in four by five.
+    view.setFixedSize(12, 12)
+    # Away from the cursor.
+    view.move(100, 100)
+    view.show()
+    disk.gate.set()
+    session.look(crosshair_um=(0.0, 0.0, 45 * 9.4))
+    qtbot.waitUntil(lambda: view.is_fine)
+    assert not view.is_sharp
+    assert view._image is not None
+    every = view.viewport.voxels_per_pixel(1.0)  # type: ignore[union-attr]
+    assert np.array_equal(view._image.data, disk._array[:: every[0], :: every[1], 45])
+    assert view._header(view.viewport).remark == ""  # type: ignore[arg-type]
+    overview = view._image
+
+    # Another level is coarser than what stands there.
+    session.levels_changed.emit()
+    assert view._image is overview
+
+    view.zoom(8.0, 6.0, 6.0)
+    assert not view.is_fine
+    assert view._header(view.viewport).remark == "…"  # type: ignore[arg-type]
+    qtbot.waitUntil(lambda: view.is_sharp)
+    assert np.array_equal(view._image.data, disk._array[:, :, 45])
+
+
+def test_a_cursor_over_a_view_wants_every_voxel(
+    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slice_readers, "PAUSE_AFTER_OVERVIEW_S", 60.0)
+    view = SliceView(session, 2, slow)
+    qtbot.addWidget(view)
+    view.setFixedSize(12, 12)
+    # Away from the cursor.
+    view.move(100, 100)
+    view.show()
+    disk.gate.set()
+    session.look(crosshair_um=(0.0, 0.0, 45 * 9.4))
+    qtbot.waitUntil(lambda: view.is_fine)
+    assert not view.is_sharp
+
+    at = QPointF(6, 6)
+    view.enterEvent(QEnterEvent(at, at, at))
+    qtbot.waitUntil(lambda: view.is_sharp)
+
+    # After a jump, too.
+    session.look(crosshair_um=(0.0, 0.0, 5 * 9.4))
+    qtbot.waitUntil(lambda: view.is_sharp)
+    view.leaveEvent(QEvent(QEvent.Type.Leave))
 
 
 def test_the_coarse_picture_is_drawn_without_a_byte_of_the_file(

@@ -17,7 +17,7 @@ def test_every_voxel_of_a_slice_is_read_out_where_it_is_drawn(axis: int, depth_a
     viewport = Viewport.fitted(plane, Area(0, 0, 200, 150))
     first, second = (other for other in range(3) if other != axis)
     image = SliceImage(
-        volume.take(1, axis), (SPACING_UM[first], SPACING_UM[second]), (0.0, 0.0), axis, 1, sharp=True
+        volume.take(1, axis), (SPACING_UM[first], SPACING_UM[second]), (0.0, 0.0), axis, 1, every=(1, 1)
     )
 
     for index_voxel in np.ndindex(SHAPE):
@@ -33,8 +33,8 @@ def test_every_voxel_of_a_slice_is_read_out_where_it_is_drawn(axis: int, depth_a
 def test_the_intensity_never_comes_from_a_coarse_slice() -> None:
     plane = Plane.across(0, SHAPE, SPACING_UM, 2)
     viewport = Viewport.fitted(plane, Area(0, 0, 200, 150))
-    coarse = SliceImage(np.zeros((2, 2)), (30.0, 60.0), (0.0, 0.0), 0, 1, sharp=False)
-    stale = SliceImage(np.zeros((6, 5)), (10.0, 30.0), (0.0, 0.0), 0, 2, sharp=True)
+    coarse = SliceImage(np.zeros((2, 2)), (30.0, 60.0), (0.0, 0.0), 0, 1)
+    stale = SliceImage(np.zeros((6, 5)), (10.0, 30.0), (0.0, 0.0), 0, 2, every=(1, 1))
 
     for image in (coarse, stale, None):
         assert read_out(viewport, 1, image, 100, 75).intensity == "…"

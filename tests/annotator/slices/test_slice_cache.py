@@ -5,7 +5,7 @@ from annotator.slices.slice_cache import SliceCache
 
 
 def slice_of(axis: int, index: int, size: int = 100) -> SliceImage:
-    return SliceImage(np.zeros((size, 1), np.uint8), (1.0, 1.0), (0.0, 0.0), axis, index, sharp=True)
+    return SliceImage(np.zeros((size, 1), np.uint8), (1.0, 1.0), (0.0, 0.0), axis, index, every=(1, 1))
 
 
 def bytes_held(cache: SliceCache) -> int:

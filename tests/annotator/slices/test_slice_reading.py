@@ -40,6 +40,75 @@ def volume(request: pytest.FixtureRequest, tmp_path: Path, data: np.ndarray) -> 
 
 
 @pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("every", [(1, 3), (4, 2), (30, 30)])
+@pytest.mark.parametrize("transposed", [False, True])
+@pytest.mark.parametrize("portion_bytes", [1, 200, 16 * 2**20])
+def test_some_voxels_of_a_slice_are_those_of_the_array(
+    volume: Volume,
+    data: np.ndarray,
+    axis: int,
+    every: tuple[int, int],
+    transposed: bool,
+    portion_bytes: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(slice_reading, "PORTION_BYTES", portion_bytes)
+    monkeypatch.setattr(slice_reading, "PORTION_BYTES_HELD", portion_bytes)
+
+    slices = read_slices(
+        volume,
+        ReadingPlan.of(volume, axis),
+        range(3, 5),
+        every=every,
+        transposed=transposed,
+        given_up=lambda: False,
+    )
+
+    assert slices is not None
+    for index, one in zip((3, 4), slices, strict=True):
+        np.testing.assert_array_equal(one, data.take(index, axis)[:: every[0], :: every[1]])
+
+
+def test_no_portion_is_so_small_that_numpy_keeps_the_lock(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slice_reading, "PORTION_BYTES", 1)
+    volume = open_volume(_npy(tmp_path, np.zeros((90, 70, 40), np.uint8)))
+    read: list[int] = []
+    storage = volume._storage
+
+    class Counting:
+        def read(self, region: tuple[slice, slice, slice]) -> np.ndarray:
+            found = storage.read(region)
+            read.append(found.size)
+            return found
+
+    object.__setattr__(volume, "_storage", Counting())
+    for axis, every in ((2, (1, 1)), (2, (3, 4)), (1, (9, 2)), (0, (1, 1))):
+        read.clear()
+        read_slices(
+            volume,
+            ReadingPlan.of(volume, axis),
+            range(3, 5),
+            every=every,
+            transposed=False,
+            given_up=lambda: False,
+        )
+        assert min(read[:-1], default=1000) > 500
+        assert len(read) > 1 or sum(read) < 1001
+
+
+def test_slices_across_all_but_the_slowest_axis_of_a_mapped_file_are_scattered_over_it(
+    tmp_path: Path, data: np.ndarray
+) -> None:
+    scattered = [
+        [ReadingPlan.of(open_volume(write(tmp_path, data)), axis).is_scattered for axis in range(3)]
+        for write in (_npy, _fortran, _chunked)
+    ]
+    assert scattered == [[False, True, True], [True, True, False], [False, False, False]]
+
+
+@pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("transposed", [False, True])
 @pytest.mark.parametrize("portion_bytes", [1, 200, 16 * 2**20])
 def test_slices_are_those_of_the_array(
@@ -68,6 +137,7 @@ def test_reading_in_portions_ends_when_given_up(
 ) -> None:
     monkeypatch.setattr(slice_reading, "PORTION_BYTES", 1)
     monkeypatch.setattr(slice_reading, "PORTION_BYTES_HELD", 1)
+    monkeypatch.setattr(slice_reading, "_COPIED_LOCKED", 0)
     asked = []
 
     def give_up_at_the_second() -> bool:
