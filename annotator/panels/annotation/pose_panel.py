@@ -38,6 +38,7 @@ class PosePanel(QWidget):
         super().__init__(parent)
         self._session = session
         self._readout: PoseReadout | None = None
+        self._tabulated: PoseReadout | None = None
         self.setObjectName("pose_panel")
         self.setAccessibleName("Pose")
 
@@ -64,9 +65,11 @@ class PosePanel(QWidget):
         pose_layout.addWidget(self._targets)
         pose_layout.addWidget(self._note)
         pose_layout.addLayout(copy_row)
-        self._sections = [
+        self._upper = [
             Folding("Pose", pose, name="pose_unfold", unfolded=True),
             Folding("Check", self._mistakes, name="mistakes_unfold", unfolded=True),
+        ]
+        self._lower = [
             Folding("Fit of the tool", self._fit, name="fit_unfold", unfolded=True),
             Folding("Pose the tool", self._controls, name="controls_unfold", unfolded=True),
             Folding("Refine", self._refinement, name="refine_unfold", unfolded=True),
@@ -75,11 +78,12 @@ class PosePanel(QWidget):
         ]
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        self._scroll = scrolling_column([self._nothing, *self._sections], "pose_scroll")
+        self._scroll = scrolling_column([self._nothing, *self._upper, *self._lower], "pose_scroll")
         layout.addWidget(self._scroll)
 
         self._redrawing = Redrawing(self._draw, self)
         self._arrival = Redrawing(self._draw_arrival, self)
+        self._arrival_below = Redrawing(self._draw_arrival_below, self)
         self._inputs = Redrawing(self._draw_inputs, self)
         self._wanted: QWidget = self._controls
         self._bringing = Redrawing(self._bring_in_sight, self)
@@ -92,6 +96,7 @@ class PosePanel(QWidget):
     def copy_to_clipboard(self) -> None:
         """Copy everything as a tab-separated table."""
         self._arrival.draw_now()
+        self._arrival_below.draw_now()
         self._inputs.draw_now()
         self._redrawing.draw_now()
         if self._readout is not None:
@@ -135,7 +140,7 @@ class PosePanel(QWidget):
     def _bring_in_sight(self) -> None:
         """Scroll to a section, and to its title rather than its end."""
         self._inputs.draw_now()
-        section = next(section for section in self._sections if section.isAncestorOf(self._wanted))
+        section = next(section for section in self._lower if section.isAncestorOf(self._wanted))
         self._scroll.ensureWidgetVisible(section, 0, 0)
         bar = self._scroll.verticalScrollBar()
         bar.setValue(min(bar.value(), section.y()))
@@ -147,9 +152,15 @@ class PosePanel(QWidget):
             self._draw_inputs()
             self._redrawing.ask()
 
+    # What shows at the first volume, and is laid out then, would keep the window from answering all at once.
+
     def _draw_arrival(self) -> None:
-        self._draw()
-        # Both are made at the first volume, and together would keep the window from answering.
+        self._redrawing.drop()
+        self._draw_upper()
+        self._arrival_below.ask_apart(first=True)
+
+    def _draw_arrival_below(self) -> None:
+        self._draw_lower()
         self._inputs.ask_apart()
 
     def _draw_inputs(self) -> None:
@@ -159,26 +170,36 @@ class PosePanel(QWidget):
 
     def _draw(self) -> None:
         self._redrawing.drop()
+        self._arrival_below.drop()
+        self._draw_upper()
+        self._draw_lower()
+
+    def _draw_upper(self) -> None:
         tool, document = self._session.tool, self._session.shown_document
         self._nothing.setVisible(document is None)
-        for section in self._sections:
+        for section in self._upper:
             section.setVisible(document is not None)
         if document is None or tool is None:
             self._readout = None
             return
-        self._draw_readout(document, tool)
-        self._fit.draw()
+        readout = pose_readout(document, tool)
+        if readout != self._readout:
+            self._readout = readout
+            self._targets.show_lines([_line(reading) for reading in readout.targets])
+            self._note.setText(_note(document, tool))
         self._mistakes.draw()
 
-    def _draw_readout(self, document: Annotation, tool: ToolSpecification) -> None:
-        readout = pose_readout(document, tool)
-        if readout == self._readout:
+    def _draw_lower(self) -> None:
+        readout = self._readout
+        for section in self._lower:
+            section.setVisible(readout is not None)
+        if readout is None:
             return
-        self._readout = readout
-        self._targets.show_lines([_line(reading) for reading in readout.targets])
-        self._note.setText(_note(document, tool))
-        self._links.show_readout(readout)
-        self._pairs.show_readout(readout)
+        self._fit.draw()
+        if readout is not self._tabulated:
+            self._tabulated = readout
+            self._links.show_readout(readout)
+            self._pairs.show_readout(readout)
 
 
 def _line(reading: Reading) -> Line:
