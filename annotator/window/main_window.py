@@ -271,7 +271,7 @@ class MainWindow(QMainWindow):
         self._panels.predictions.action_requested.connect(self._on_predictions_action_requested)
         self._scene_import.imported.connect(self._on_scene_imported)
         self._scene_import.failed.connect(self.questions.show_error)
-        self.scene.started.connect(self._scene_import.keep_drivers)
+        self.scene.started.connect(self._scene_import.complete)
         self.scene.started.connect(self.scene_prepared)
         session.document_changed.connect(self._on_session_document_changed)
         session.view_changed.connect(self._on_session_view_changed)

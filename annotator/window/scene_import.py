@@ -57,13 +57,24 @@ class SceneImport(QObject):
         self._patience.stop()
         self._qt_classes.make(self._import)
 
-    def keep_drivers(self) -> None:
-        """Note what the scene is drawn with, for the next start; to be called when it has been drawn."""
+    def complete(self) -> None:
+        """Do, once the scene has been drawn, what can wait until then.
+
+        What it is drawn with is noted for the next start, and what comparing annotators needs is imported:
+        whoever presses the button would wait for Python's lock while the window is drawn.
+        """
         self._session.jobs.start(
             "Noting what draws the scene",
             lambda _progress, _cancelled: self._drivers.keep(),
             done=lambda _: None,
             failed=lambda error: _log.warning("What draws the scene is not noted: %s", error),
+            shown=False,
+        )
+        self._session.jobs.start(
+            "Preparing comparisons",
+            lambda _progress, _cancelled: importlib.import_module("annotations.agreement.comparison"),
+            done=lambda _: None,
+            failed=lambda error: _log.warning("Comparisons are not prepared: %s", error),
             shown=False,
         )
 

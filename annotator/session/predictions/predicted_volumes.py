@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from annotator.session.editing.seeing import Seeing
 from annotator.session.jobs import Job
@@ -12,6 +12,9 @@ from annotator.session.predictions.predicting import Predicting
 from annotator.session.remembered import Remembered
 from annotator.session.state import SessionState
 from annotator.session.volumes.worklist import WorkItem
+
+# A list comes with a volume, whose pictures a thread that looks for files would hold up.
+_PICTURES_FIRST_MS = 150
 
 Place = tuple[Path, str | None, int]
 """A pass over a volume: its file, which of the arrays in there, and which pass."""
@@ -51,7 +54,9 @@ class PredictedVolumes(QObject):
         predicting.checkpoints_changed.connect(self._on_asked_otherwise)
         predicting.predicted.connect(self._look)
         seeing.permission_changed.connect(self._on_asked_otherwise)
-        session.worklist_changed.connect(self._on_asked_otherwise)
+        self._soon = QTimer(self, singleShot=True, interval=_PICTURES_FIRST_MS)
+        self._soon.timeout.connect(self._on_asked_otherwise)
+        session.worklist_changed.connect(self._soon.start)
 
     @property
     def checkpoint_name(self) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from annotations.documents.annotation import Annotation
 from annotations.errors import UserError
@@ -295,7 +295,9 @@ class PredictionOverlay(QObject):
         self._tie_awaited()
         self._is_awaited = self._is_awaited and self._awaited_index in (None, self._session.current_index)
         self._forget()
-        self.reread()
+        self._follow()
+        # After every view has heard of the new volume: a thread would take Python's lock from them.
+        QTimer.singleShot(0, self, self.reread)
 
     def _on_session_save_state_changed(self) -> None:
         # Whose annotation speaks for the volume may have changed with what was saved.
