@@ -43,7 +43,7 @@ class SliceFetcher(QObject):
         self._session = session
         self._cache_bytes = cache_bytes
         self._source: SliceSource | None = None
-        self._last_index: dict[int, int] = {}
+        self._last: dict[int, tuple[int, int]] = {}
         self._failing = False
         self._told = False
         self._read.connect(self._on_readers_read, Qt.ConnectionType.QueuedConnection)
@@ -75,9 +75,12 @@ class SliceFetcher(QObject):
         """
         if self._source is None:
             return None
-        step = index - self._last_index.get(axis, index)
-        self._last_index[axis] = index
-        self._readers.wish(axis, index, step if abs(step) <= LONGEST_STEP else 0, every)
+        last_index, step = self._last.get(axis, (index, 0))
+        # Who asks for the same one again still scrolls as before.
+        if index != last_index:
+            step = index - last_index if abs(index - last_index) <= LONGEST_STEP else 0
+        self._last[axis] = (index, step)
+        self._readers.wish(axis, index, step, every)
         return self._source.cache.get(axis, index)
 
     def close(self) -> None:
@@ -88,7 +91,7 @@ class SliceFetcher(QObject):
 
     def _on_session_volume_changed(self) -> None:
         volume, spacing_um = self._session.volume, self._session.spacing_um
-        self._last_index.clear()
+        self._last.clear()
         self._failing = self._told = False
         self._source = None
         if volume is not None and spacing_um is not None:

@@ -1,6 +1,5 @@
 """One thread an axis that reads the slice wished for last, then the ones to come."""
 
-import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -83,8 +82,9 @@ PAUSE_AFTER_JUMP_S = 0.2
 # What the screen can show is there by then, and of a volume just opened all else that is waited for comes
 # first.
 PAUSE_AFTER_OVERVIEW_S = 1.0
-# An overview pays where it has one voxel of so many, or of more: else it only puts the slice off.
-_OVERVIEW_OF = 9
+# An overview pays where it has, along both axes, one voxel of so many, or of more: else it may cost as many
+# pages as the slice, and only puts that off.
+_OVERVIEW_OF = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +116,7 @@ class Wish:
 
         Who scrolls on waits for slices that have been foreseen.
         """
-        is_worth_it = math.prod(self.every) >= _OVERVIEW_OF and self.source.plans[self.axis].is_scattered
+        is_worth_it = min(self.every) >= _OVERVIEW_OF and self.source.plans[self.axis].is_scattered
         return is_worth_it and self.step == 0 and (self.axis, self.index) not in self.source.cache
 
 
@@ -264,7 +264,13 @@ class SliceReaders:
         with self._lock:
             if not self._stopped:
                 self._on_arrived(wish.source, image)
-        return self._is_followed(wish, PAUSE_AFTER_OVERVIEW_S)
+            # Meanwhile the disk belongs to the others.
+            self._being_read.discard(wish.axis)
+            self._calmed.notify_all()
+            if self._is_followed(wish, PAUSE_AFTER_OVERVIEW_S):
+                return True
+            self._being_read.add(wish.axis)
+        return False
 
     def _read(self, wish: Wish) -> SliceImage | None:
         """Return the slice of a wish; None if a newer wish made it pointless meanwhile."""

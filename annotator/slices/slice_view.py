@@ -125,7 +125,7 @@ class SliceView(QWidget):
 
     @property
     def is_fine(self) -> bool:
-        """Whether the image is as sharp as the screen can show it: in full resolution it would look alike."""
+        """Whether the image is as sharp as the screen can show it: full resolution looks nearly alike."""
         if self.is_sharp or self._viewport is None or self._image is None:
             return self.is_sharp
         had, shown = self._image.every, self._viewport.voxels_per_pixel(self.devicePixelRatioF())
@@ -219,7 +219,7 @@ class SliceView(QWidget):
         self._tell_cursor()
 
     def _on_session_levels_changed(self) -> None:
-        if not self.is_fine:
+        if self._image is None or self._image.every is None:
             self._take_coarse_image()
             self.update()
 
@@ -246,7 +246,7 @@ class SliceView(QWidget):
 
     def _on_fetcher_slice_arrived(self, image: SliceImage) -> None:
         is_wanted = image.axis == self.axis and image.index == self._index and image is not self._image
-        if is_wanted and self._viewport is not None:
+        if is_wanted and self._viewport is not None and (image.sharp or not self.is_sharp):
             self._image = image
             self._tell_cursor()
             self.update()

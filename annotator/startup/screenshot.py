@@ -101,7 +101,7 @@ class Photographer:
         if owes_drawing(self._window):
             return False
         # A disk that gives no more leaves the coarse slices.
-        return self._window.fetcher.is_failing or all(view.is_fine for view in self._window.slices)
+        return self._window.fetcher.is_failing or all(view.is_sharp for view in self._window.slices)
 
     def _take(self) -> None:
         window = self._window

@@ -95,10 +95,7 @@ class PosePanel(QWidget):
 
     def copy_to_clipboard(self) -> None:
         """Copy everything as a tab-separated table."""
-        self._arrival.draw_now()
-        self._arrival_below.draw_now()
-        self._inputs.draw_now()
-        self._redrawing.draw_now()
+        self._draw_what_is_owed()
         if self._readout is not None:
             QGuiApplication.clipboard().setText(self._readout.table())
             self._session.post_message("Pose and distances are on the clipboard")
@@ -132,8 +129,7 @@ class PosePanel(QWidget):
 
     def _bring_in_sight_soon(self, content: QWidget) -> None:
         """Scroll to a section once it, and what stands above it, has been drawn and laid out."""
-        self._inputs.draw_now()
-        self._redrawing.draw_now()
+        self._draw_what_is_owed()
         self._wanted = content
         self._bringing.ask()
 
@@ -144,6 +140,10 @@ class PosePanel(QWidget):
         self._scroll.ensureWidgetVisible(section, 0, 0)
         bar = self._scroll.verticalScrollBar()
         bar.setValue(min(bar.value(), section.y()))
+
+    def _draw_what_is_owed(self) -> None:
+        for redrawing in (self._arrival, self._arrival_below, self._inputs, self._redrawing):
+            redrawing.draw_now()
 
     def _draw_soon(self) -> None:
         """Draw what a hand is on at once, and what is only read once the scene has been drawn."""
@@ -157,7 +157,11 @@ class PosePanel(QWidget):
     def _draw_arrival(self) -> None:
         self._redrawing.drop()
         self._draw_upper()
-        self._arrival_below.ask_apart(first=True)
+        if self._readout is None:
+            # Nothing is open: there is nothing to be laid out, and nothing old to stand below.
+            self._draw_lower()
+        else:
+            self._arrival_below.ask_apart(first=True)
 
     def _draw_arrival_below(self) -> None:
         self._draw_lower()

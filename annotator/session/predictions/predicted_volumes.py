@@ -56,7 +56,7 @@ class PredictedVolumes(QObject):
         seeing.permission_changed.connect(self._on_asked_otherwise)
         self._soon = QTimer(self, singleShot=True, interval=_PICTURES_FIRST_MS)
         self._soon.timeout.connect(self._on_asked_otherwise)
-        session.worklist_changed.connect(self._soon.start)
+        session.worklist_changed.connect(self._on_session_worklist_changed)
 
     @property
     def checkpoint_name(self) -> str:
@@ -137,6 +137,10 @@ class PredictedVolumes(QObject):
         # A share that does not answer now: whoever opens a volume will hear of it. It is asked again with the
         # next change.
         self._looking = self._looked_for = None
+
+    def _on_session_worklist_changed(self) -> None:
+        if not self._soon.isActive():
+            self._soon.start()
 
     def _on_asked_otherwise(self) -> None:
         if self._wanted() != self._looked_for:

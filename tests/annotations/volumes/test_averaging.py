@@ -189,7 +189,7 @@ def test_of_the_planes_that_are_read_some_rows_of_each_block_are_added_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fortran_order: bool, kind: str
 ) -> None:
     shape = (12, 21, 8)
-    # Each row has a value of its own, and the fifth of each block is far from all others.
+    # Each row has a value of its own, and one that counts and one that does not are far from all others.
     array = np.broadcast_to(np.arange(21, dtype=kind)[None, :, None], shape).copy()
     array[:, 5:7] = 200
     if kind == "f4":

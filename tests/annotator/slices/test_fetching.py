@@ -198,6 +198,35 @@ def test_after_a_jump_what_the_screen_can_show_comes_before_the_slice(
     fetcher.close()
 
 
+def test_while_the_rest_of_a_slice_waits_other_axes_read_ahead(
+    qtbot: QtBot, session: Session, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slice_readers, "PAUSE_AFTER_OVERVIEW_S", 60.0)
+    disk.gate.set()
+    fetcher = SliceFetcher(session)
+    with qtbot.waitSignal(fetcher.slice_arrived):
+        fetcher.fetch(2, 7, (3, 4))
+    fetcher.fetch(0, 10)
+    with qtbot.waitSignal(fetcher.slice_arrived, check_params_cb=lambda image: image.index == 11):
+        fetcher.fetch(0, 11)
+
+    source = fetcher._source
+    assert source is not None
+    qtbot.waitUntil(lambda: all((0, index) in source.cache for index in range(11, 16)))
+    fetcher.close()
+
+
+def test_a_slice_that_is_asked_for_again_is_no_jump(qtbot: QtBot, session: Session, disk: Disk) -> None:
+    """As when the view moves what it shows, or gets another size, while a person scrolls."""
+    fetcher = SliceFetcher(session)
+    steps: list[int] = []
+    fetcher._readers.wish = lambda axis, index, step, every: steps.append(step)  # type: ignore[method-assign]
+    for index in (7, 8, 8, 10, 10, 40, 40):
+        fetcher.fetch(2, index, (3, 4))
+    assert steps == [0, 1, 1, 2, 2, 0, 0]
+    fetcher.close()
+
+
 def test_the_slice_follows_what_the_screen_can_show_of_it(
     qtbot: QtBot, session: Session, disk: Disk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -211,7 +240,7 @@ def test_the_slice_follows_what_the_screen_can_show_of_it(
     fetcher.close()
 
 
-@pytest.mark.parametrize(("axis", "every"), [(0, (9, 9)), (2, (2, 4))])
+@pytest.mark.parametrize(("axis", "every"), [(0, (9, 9)), (2, (2, 9)), (1, (9, 2))])
 def test_there_is_no_overview_where_it_would_only_put_the_slice_off(
     qtbot: QtBot, session: Session, disk: Disk, axis: int, every: tuple[int, int]
 ) -> None:
@@ -419,9 +448,16 @@ def test_a_view_asks_for_what_it_can_show_and_for_more_when_a_person_looks_close
 
     view.zoom(8.0, 6.0, 6.0)
     assert not view.is_fine
+    # Still a level is of a plane nearby, or of means.
+    session.levels_changed.emit()
+    assert view._image is overview
     assert view._header(view.viewport).remark == "…"  # type: ignore[arg-type]
     qtbot.waitUntil(lambda: view.is_sharp)
     assert np.array_equal(view._image.data, disk._array[:, :, 45])
+
+    # One that comes late does not take its place.
+    slow.slice_arrived.emit(overview)
+    assert view.is_sharp
 
 
 def test_a_cursor_over_a_view_wants_every_voxel(

@@ -279,3 +279,44 @@ def test_it_is_drawn_in_a_drag_without_end(
         session.begin_preview("k3", (110.0, 201.0 + 2 * step, 0.0), "dragged")
         QApplication.processEvents()
     assert 5 < len(drawn) <= 20
+
+
+def test_what_stands_below_is_drawn_a_turn_after_the_pose_of_another_volume(
+    qtbot: QtBot, empty_session: Session, request: pytest.FixtureRequest
+) -> None:
+    panel = PosePanel(empty_session)
+    qtbot.addWidget(panel)
+    panel.resize(360, 700)
+    panel.show()
+    shown: list[tuple[bool, bool]] = []
+
+    def is_shown(name: str) -> bool:
+        button = panel.findChild(QToolButton, name)
+        assert isinstance(button, QToolButton)
+        return button.isVisible()
+
+    draw_below = panel._draw_lower
+    panel._draw_lower = lambda: (
+        shown.append((is_shown("pose_unfold"), is_shown("fit_unfold"))),
+        draw_below(),
+    )  # type: ignore[method-assign,assignment,return-value]
+    session: Session = request.getfixturevalue("session")
+    assert session is empty_session
+    redrawn(panel)
+    qtbot.waitUntil(lambda: bool(shown) and not panel._arrival_below.is_owed)
+    assert shown[0] == (True, False)
+    assert is_shown("fit_unfold")
+
+    # Nothing of it stands below when nothing is open.
+    assert session.close_volume()
+    panel._arrival.draw_now()
+    assert not is_shown("fit_unfold")
+
+
+def test_whoever_is_led_to_a_section_right_after_opening_finds_it(session: Session, panel: PosePanel) -> None:
+    redrawn(panel)
+    session.volume_changed.emit()
+    panel._arrival.draw_now()
+    assert panel._arrival_below.is_owed
+    session.set_mode("pose")
+    assert not panel._arrival_below.is_owed

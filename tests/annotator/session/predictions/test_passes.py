@@ -133,3 +133,20 @@ def test_a_reviewer_sees_what_is_predicted_of_every_volume(qtbot, network, empty
     predict(qtbot, session, [0])
     assert session.predicting.prediction is not None
     assert session.predicted_volumes.has(session.items[0])
+
+
+def test_nobody_looks_for_predictions_while_the_views_hear_of_another_volume(qtbot, annotating):
+    first, second = passes(annotating)
+    predict(qtbot, annotating, [first])
+    begun, begun_by_then = set(), []
+    annotating.jobs.job_changed.connect(lambda job: begun.add(job.title))
+    # Connected last, each hears of it when all others have.
+    annotating.volume_changed.connect(lambda: begun_by_then.append(set(begun)))
+    annotating.worklist_changed.connect(lambda: begun_by_then.append(set(begun)))
+    go_to(qtbot, annotating, second)
+    reading = {"Reading the prediction", "Looking for predictions"}
+    assert len(begun_by_then) == 2
+    assert not any(reading & titles for titles in begun_by_then)
+    qtbot.waitUntil(lambda: "Reading the prediction" in begun)
+    go_to(qtbot, annotating, first)
+    assert annotating.predicting.prediction is not None
