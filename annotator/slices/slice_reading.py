@@ -73,31 +73,24 @@ class ReadingPlan:
         if volume.chunks is None:
             stride = _strides(shape, item, volume.fortran_order)
             portion_axis = max(in_plane, key=lambda other: stride[other])
-            reach = min(max(1, PAGE_BYTES // stride[axis]), shape[axis])
+            chunk, reach = None, min(max(1, PAGE_BYTES // stride[axis]), shape[axis])
             portion = max(1, PORTION_BYTES // stride[portion_axis])
-            return cls(
-                axis,
-                shape[axis],
-                together=min(reach, most),
-                reach=reach,
-                chunk=None,
-                portion_axis=portion_axis,
-                portion=portion,
-                is_scattered=stride[axis] < max(stride),
-            )
-        chunk = min(volume.chunks[axis], shape[axis])
-        portion_axis, other = in_plane
-        row_bytes = chunk * volume.chunks[portion_axis] * shape[other] * item
-        portion = volume.chunks[portion_axis] * max(1, PORTION_BYTES_HELD // row_bytes)
+            is_scattered = stride[axis] < max(stride)
+        else:
+            chunk = reach = min(volume.chunks[axis], shape[axis])
+            portion_axis, other = in_plane
+            row_bytes = chunk * volume.chunks[portion_axis] * shape[other] * item
+            portion = volume.chunks[portion_axis] * max(1, PORTION_BYTES_HELD // row_bytes)
+            is_scattered = False
         return cls(
             axis,
             shape[axis],
-            together=min(chunk, most),
-            reach=chunk,
+            together=min(reach, most),
+            reach=reach,
             chunk=chunk,
             portion_axis=portion_axis,
             portion=portion,
-            is_scattered=False,
+            is_scattered=is_scattered,
         )
 
     def first(self, index: int) -> range:

@@ -20,6 +20,7 @@ from annotator.slices.fetching import SliceFetcher
 from annotator.slices.handle_marks import handle_marks
 from annotator.slices.linked_zoom import link_zoom
 from annotator.slices.slice_view import SliceView
+from tests.annotator.slices.disk import Disk
 
 BRIGHT_VOXEL = (7, 41, 12)
 # The small volume with these voxels is 17 × 26 × 11 mm, as large as a real one.
@@ -211,3 +212,21 @@ def bright_voxel_path(tmp_path: Path) -> Path:
     np.save(path, data)
     write_sidecar(path, (30.0, 13.5, 9.4), 2)
     return path
+
+
+@pytest.fixture
+def disk(session: Session) -> Iterator[Disk]:
+    """The disk under the session's volume, its gate shut."""
+    assert session.volume is not None
+    disk = Disk(session.volume)
+    object.__setattr__(session.volume, "_storage", disk)
+    yield disk
+    disk.gate.set()
+
+
+@pytest.fixture
+def slow(session: Session, disk: Disk) -> Iterator[SliceFetcher]:
+    fetcher = SliceFetcher(session)
+    yield fetcher
+    disk.gate.set()
+    fetcher.close()

@@ -2,65 +2,23 @@
 
 import threading
 import weakref
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QObject, QPointF
-from PySide6.QtGui import QEnterEvent
+from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
-from annotations.volumes import SliceImage, Volume, VolumeError
+from annotations.volumes import SliceImage, VolumeError
 from annotator.looks.redrawing import Redrawing
 from annotator.session import Session
 from annotator.slices import slice_readers, slice_reading
 from annotator.slices.fetching import SliceFetcher
-from annotator.slices.slice_view import SliceView
-
-
-class Disk:
-    """Storage that waits at a gate, remembers what was read, and can fail."""
-
-    def __init__(self, volume: Volume) -> None:
-        self._array = np.load(volume.path)
-        self.gate = threading.Event()
-        self.arrived = threading.Event()
-        self.error: Exception | None = None
-        self.regions: list[tuple[slice, slice, slice]] = []
-
-    def read(self, region: tuple[slice, slice, slice]) -> np.ndarray:
-        self.regions.append(region)
-        self.arrived.set()
-        assert self.gate.wait(30)
-        if self.error is not None:
-            raise self.error
-        return self._array[region]
-
-    def close(self) -> None:
-        pass
-
-
-@pytest.fixture
-def disk(session: Session) -> Iterator[Disk]:
-    """The disk under the session's volume, its gate shut."""
-    assert session.volume is not None
-    disk = Disk(session.volume)
-    object.__setattr__(session.volume, "_storage", disk)
-    yield disk
-    disk.gate.set()
+from tests.annotator.slices.disk import Disk
 
 
 def _bytes_across_z(session: Session) -> int:
     assert session.volume is not None
     return session.volume.shape[0] * session.volume.shape[1] * session.volume.dtype.itemsize
-
-
-@pytest.fixture
-def slow(session: Session, disk: Disk) -> Iterator[SliceFetcher]:
-    fetcher = SliceFetcher(session)
-    yield fetcher
-    disk.gate.set()
-    fetcher.close()
 
 
 def test_asking_never_waits_and_the_slice_arrives_later(
@@ -398,137 +356,6 @@ def test_memory_for_slices_is_bounded(qtbot: QtBot, session: Session) -> None:
     held = fetcher._source.cache._slices.values()
     assert 0 < sum(image.data.nbytes for image in held) <= 5 * slice_bytes
     fetcher.close()
-
-
-def test_views_show_the_coarse_level_at_once_and_become_sharp(
-    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
-) -> None:
-    view = SliceView(session, 2, slow)
-    qtbot.addWidget(view)
-    view.resize(300, 300)
-    view.show()
-    session.look(crosshair_um=(0.0, 0.0, 30 * 9.4))
-
-    # The gate is shut: all that follows is drawn without the disk.
-    assert view.index == 30
-    assert not view.is_sharp
-    middle = view.grab().toImage().pixelColor(150, 150)
-    assert middle.lightness() > 100, "the bright slab is in the coarse level"
-    assert view._header(view.viewport).remark == "…"  # type: ignore[arg-type]
-
-    disk.gate.set()
-    qtbot.waitUntil(lambda: view.is_sharp)
-    assert view._header(view.viewport).remark == ""  # type: ignore[arg-type]
-
-
-def test_a_view_asks_for_what_it_can_show_and_for_more_when_a_person_looks_closer(
-    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(slice_readers, "PAUSE_AFTER_OVERVIEW_S", 60.0)
-    view = SliceView(session, 2, slow)
-    qtbot.addWidget(view)
-    # Of its 40 × 60 voxels this small view can show one in four by five.
-    view.setFixedSize(12, 12)
-    # Away from the cursor.
-    view.move(100, 100)
-    view.show()
-    disk.gate.set()
-    session.look(crosshair_um=(0.0, 0.0, 45 * 9.4))
-    qtbot.waitUntil(lambda: view.is_fine)
-    assert not view.is_sharp
-    assert view._image is not None
-    every = view.viewport.voxels_per_pixel(1.0)  # type: ignore[union-attr]
-    assert np.array_equal(view._image.data, disk._array[:: every[0], :: every[1], 45])
-    assert view._header(view.viewport).remark == ""  # type: ignore[arg-type]
-    overview = view._image
-
-    # Another level is coarser than what stands there.
-    session.levels_changed.emit()
-    assert view._image is overview
-
-    view.zoom(8.0, 6.0, 6.0)
-    assert not view.is_fine
-    # Still a level is of a plane nearby, or of means.
-    session.levels_changed.emit()
-    assert view._image is overview
-    assert view._header(view.viewport).remark == "…"  # type: ignore[arg-type]
-    qtbot.waitUntil(lambda: view.is_sharp)
-    assert np.array_equal(view._image.data, disk._array[:, :, 45])
-
-    # One that comes late does not take its place.
-    slow.slice_arrived.emit(overview)
-    assert view.is_sharp
-
-
-def test_a_cursor_over_a_view_wants_every_voxel(
-    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(slice_readers, "PAUSE_AFTER_OVERVIEW_S", 60.0)
-    view = SliceView(session, 2, slow)
-    qtbot.addWidget(view)
-    view.setFixedSize(12, 12)
-    # Away from the cursor.
-    view.move(100, 100)
-    view.show()
-    disk.gate.set()
-    session.look(crosshair_um=(0.0, 0.0, 45 * 9.4))
-    qtbot.waitUntil(lambda: view.is_fine)
-    assert not view.is_sharp
-
-    at = QPointF(6, 6)
-    view.enterEvent(QEnterEvent(at, at, at))
-    qtbot.waitUntil(lambda: view.is_sharp)
-
-    # After a jump, too.
-    session.look(crosshair_um=(0.0, 0.0, 5 * 9.4))
-    qtbot.waitUntil(lambda: view.is_sharp)
-    view.leaveEvent(QEvent(QEvent.Type.Leave))
-
-
-def test_the_coarse_picture_is_drawn_without_a_byte_of_the_file(
-    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
-) -> None:
-    """Not even through a mapping, whose cold pages would make the window wait for the disk."""
-    assert session.volume is not None
-    view = SliceView(session, 2, slow)
-    qtbot.addWidget(view)
-    view.resize(300, 300)
-    np.load(session.volume.path, mmap_mode="r+")[:] = 0
-
-    session.look(crosshair_um=(0.0, 0.0, 30 * 9.4))
-
-    assert not view.is_sharp
-    assert view.grab().toImage().pixelColor(150, 150).lightness() > 100
-
-
-def test_scrolling_goes_on_while_the_disk_hangs(
-    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
-) -> None:
-    view = SliceView(session, 0, slow)
-    qtbot.addWidget(view)
-    for index in range(40):
-        session.look(crosshair_um=(index * 15.9, 0.0, 0.0))
-        assert view.index == index
-        assert not view.is_sharp
-        view.grab()
-
-    disk.gate.set()
-    qtbot.waitUntil(lambda: view.is_sharp)
-
-
-def test_a_view_keeps_the_coarse_image_and_says_so_when_reading_fails(
-    qtbot: QtBot, session: Session, disk: Disk, slow: SliceFetcher
-) -> None:
-    view = SliceView(session, 1, slow)
-    qtbot.addWidget(view)
-    disk.error = OSError(5, "Input/output error")
-    with qtbot.waitSignal(slow.reading_failed):
-        disk.gate.set()
-        session.look(crosshair_um=(0.0, 7 * 13.5, 0.0))
-
-    assert not view.is_sharp
-    assert view._image is not None
-    assert "cannot be read" in view._header(view.viewport).remark  # type: ignore[arg-type]
 
 
 def test_the_slices_of_another_volume_are_given_back_in_a_reading_thread(
