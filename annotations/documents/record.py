@@ -1,10 +1,10 @@
 """Records: the frozen parts of which documents and studies are made, and the kinds of their fields."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
 from functools import cache
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
 
@@ -82,13 +82,54 @@ def changed(record: R, **fields: Any) -> R:
     return copy
 
 
-def differences(before: R, after: R) -> Mapping[str, tuple[Any, Any]]:
-    """Return the fields in which two records differ, each with what it is in the one and in the other."""
-    return {
-        name: values
+class Difference(NamedTuple):
+    """One value in which two records of a kind differ.
+
+    Attributes
+    ----------
+    field : str
+    place : int or None
+        Where in the field's tuple the value stands; None where it is all of the field.
+    before, after : object
+        What it is in the one and in the other.
+    """
+
+    field: str
+    place: int | None
+    before: Any
+    after: Any
+
+
+def differences(before: R, after: R) -> tuple[Difference, ...]:
+    """Return in what two records differ; of tuples that are equally long, the values that do."""
+    return tuple(
+        each
         for name in type(after).model_fields
-        if (values := (getattr(before, name), getattr(after, name)))[0] != values[1]
-    }
+        for each in _differences_in(name, getattr(before, name), getattr(after, name))
+    )
+
+
+def amended(record: R, found: Iterable[Difference], *, backwards: bool) -> R:
+    """Return a record with the values of one of two that differ: of the first if ``backwards``."""
+    fields: dict[str, Any] = {}
+    for name, place, before, after in found:
+        value = before if backwards else after
+        if place is not None:
+            whole = fields.get(name, getattr(record, name))
+            value = (*whole[:place], value, *whole[place + 1 :])
+        fields[name] = value
+    return changed(record, **fields)
+
+
+def _differences_in(name: str, before: Any, after: Any) -> Iterator[Difference]:
+    if before == after:
+        return
+    if isinstance(before, tuple) and isinstance(after, tuple) and len(before) == len(after):
+        for place, (was, is_now) in enumerate(zip(before, after, strict=True)):
+            if was != is_now:
+                yield Difference(name, place, was, is_now)
+    else:
+        yield Difference(name, None, before, after)
 
 
 @cache

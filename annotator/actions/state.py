@@ -93,9 +93,9 @@ def _met(session: Session) -> Iterator[When]:
     view = session.view
     if view.preview is not None or view.draft is not None or view.refinement is not None:
         yield "preview"
-    if session.undo_stack.canUndo():
+    if session.undo_stack.can_undo:
         yield "undo"
-    if session.undo_stack.canRedo():
+    if session.undo_stack.can_redo:
         yield "redo"
     index = session.current_index
     if session.items:
@@ -231,8 +231,8 @@ def _keypoint_texts(session: Session) -> Iterator[tuple[str, str]]:
 
 
 def _undo_texts(session: Session) -> Iterator[tuple[str, str]]:
-    yield "undo", f"Undo: {session.undo_stack.undoText()}" if session.undo_stack.canUndo() else "Undo"
-    yield "redo", f"Redo: {session.undo_stack.redoText()}" if session.undo_stack.canRedo() else "Redo"
+    yield "undo", f"Undo: {session.undo_stack.undo_text}" if session.undo_stack.can_undo else "Undo"
+    yield "redo", f"Redo: {session.undo_stack.redo_text}" if session.undo_stack.can_redo else "Redo"
 
 
 def _recent_texts(recent_paths: tuple[Path, ...]) -> Iterator[tuple[str, str]]:

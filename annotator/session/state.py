@@ -6,12 +6,11 @@ from datetime import datetime
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QUndoStack
 
 from annotations.documents.annotation import Annotation, is_untouched
 from annotations.documents.edits import EditRefused
 from annotations.documents.provenance import NO_STAMPS, Viewing
-from annotations.documents.record import Method, changed
+from annotations.documents.record import Method
 from annotations.documents.study import CONSENSUS
 from annotations.errors import UserError
 from annotations.geometry.frames import Vector
@@ -19,8 +18,8 @@ from annotations.geometry.tool import ToolSpecification
 from annotations.geometry.tool_library import find_tools
 from annotations.volumes import Level, LevelCache, Volume
 from annotator.session.documents.autosave import Autosave
-from annotator.session.documents.commands import EditCommand
 from annotator.session.documents.document_file import DocumentFile
+from annotator.session.documents.undo_stack import UndoStack
 from annotator.session.jobs import Jobs
 from annotator.session.neutral_words import NeutralWords
 from annotator.session.options import SessionOptions
@@ -42,7 +41,7 @@ class SessionState(QObject):
     ----------
     jobs : Jobs
         Long work in the background.
-    undo_stack : QUndoStack
+    undo_stack : UndoStack
         The edits of the open document; looking around is never on it.
 
     Signals
@@ -107,8 +106,8 @@ class SessionState(QObject):
         self._read_only_reason = ""
         self._more_follows = False
         self.jobs = Jobs(self)
-        self.undo_stack = QUndoStack(self)
-        self.undo_stack.cleanChanged.connect(self._on_undo_stack_clean_changed)
+        self.undo_stack = UndoStack(self._amend, self)
+        self.undo_stack.clean_changed.connect(self._on_undo_stack_clean_changed)
         self._autosave = Autosave(options.autosave_s, self)
         self._autosave.failed.connect(self.report)
         cache = LevelCache(options.level_cache_folder, options.cache_limit_bytes)
@@ -239,7 +238,7 @@ class SessionState(QObject):
     @property
     def unsaved(self) -> bool:
         """Whether the document has edits that are not in its file (they are in the recovery journal)."""
-        return not self.undo_stack.isClean() or (self._file is not None and self._file.owes_stamps)
+        return not self.undo_stack.is_clean or (self._file is not None and self._file.owes_stamps)
 
     @property
     def is_mere_proposal(self) -> bool:
@@ -352,7 +351,7 @@ class SessionState(QObject):
             self._refuse(error)
             return False
         if after is not self._document:
-            self.undo_stack.push(EditCommand(text, self._document, after, self._amend))
+            self.undo_stack.push(text, self._document, after)
         return True
 
     def _is_refused(self) -> bool:
@@ -367,9 +366,9 @@ class SessionState(QObject):
             return wanted
         return replace(wanted, preview=None, draft=None, first_end_um=None, refinement=None)
 
-    def _amend(self, fields: Mapping[str, object]) -> None:
+    def _amend(self, edit: Callable[[Annotation], Annotation]) -> None:
         if self._document is not None:
-            self._show_document(changed(self._document, **fields))
+            self._show_document(edit(self._document))
 
     def _show_document(self, document: Annotation) -> None:
         before, self._document = self._document, document
@@ -434,5 +433,5 @@ class SessionState(QObject):
         self.look(detail=False)
         self._raise_error(error)
 
-    def _on_undo_stack_clean_changed(self, _clean: bool) -> None:
+    def _on_undo_stack_clean_changed(self) -> None:
         self.save_state_changed.emit()

@@ -278,7 +278,7 @@ class MainWindow(QMainWindow):
         session.volume_changed.connect(self._on_session_volume_changed)
         session.worklist_changed.connect(self._on_session_worklist_changed)
         session.save_state_changed.connect(self._on_session_save_state_changed)
-        session.undo_stack.indexChanged.connect(self._on_undo_stack_index_changed)
+        session.undo_stack.index_changed.connect(self._on_undo_stack_index_changed)
         session.jobs.job_changed.connect(self._on_jobs_job_changed)
         session.predicting.checkpoints_changed.connect(self._draw_actions)
         session.predicting.running_changed.connect(self._draw_actions)
@@ -365,8 +365,7 @@ class MainWindow(QMainWindow):
             view.draw_annotation_apart()
         self._draw_actions()
 
-    @Slot(int)
-    def _on_undo_stack_index_changed(self, _: int) -> None:
+    def _on_undo_stack_index_changed(self) -> None:
         self._draw_actions()
 
     def _on_session_document_changed(self, _before: object, _after: object) -> None:

@@ -74,13 +74,14 @@ def measure_handling(driven: DrivenWindow, times: int) -> Figures:
     session.drop_preview()
     driven.settle()
     median("edit_to_frame", type_k0, rests=True)
-    median("undo_to_frame", lambda _: session.undo(), min(times, session.undo_stack.count()), rests=True)
+    median("undo_to_frame", lambda _: session.undo(), min(times, session.undo_stack.count), rests=True)
     figures["edit_to_panels_ms"] = statistics.median(
         _panels_ms(driven, lambda step=step: type_k0(step))  # type: ignore[misc]
         for step in range(times, 0, -1)
     )
     figures["edits_that_cast_the_volume"] = float(driven.window.scene.volume_draws - drawn)
-    session.undo_stack.setIndex(session.undo_stack.count())
+    while session.undo_stack.can_redo:
+        session.redo()
     driven.settle()
     figures["save_ms"] = milliseconds(session.save)
     session.type_position("k0", moved_um(positions_um["k0"], 0.5))

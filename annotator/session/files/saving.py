@@ -92,7 +92,7 @@ class SessionSaving(SessionPosing):
         if self._file is None:
             return
         self._file.note_reopening(now())
-        if self.undo_stack.isClean():
+        if self.undo_stack.is_clean:
             # With the document that it holds: the change itself may be undone, and never be saved.
             with contextlib.suppress(SaveError):
                 self._file.save(before, overwrite=False)
@@ -128,12 +128,12 @@ class SessionSaving(SessionPosing):
     def _write(self, *, overwrite: bool, path: Path | None) -> None:
         if self._document is None or self._file is None:
             return
-        if self._document.annotator == CONSENSUS and not self.undo_stack.isClean():
+        if self._document.annotator == CONSENSUS and not self.undo_stack.is_clean:
             self._file.note_review(self.person, now())
         self._file.save(self._document, overwrite=overwrite, path=path)
         self._autosave_failed = False
         self._autosave.watch(self._file)
-        self.undo_stack.setClean()
+        self.undo_stack.set_clean()
         self._refresh_item()
         self.save_state_changed.emit()
 

@@ -17,7 +17,7 @@ AWAY = QPoint(8, 100)
 def undo_exactly(scene, before, index: int) -> None:
     """Check that there was one edit since, and that undoing and redoing it is exact."""
     session, after = scene.session, scene.session.document
-    assert session.undo_stack.index() == index + 1
+    assert session.undo_stack.index == index + 1
     assert after != before
     session.undo_stack.undo()
     assert session.document == before
@@ -103,7 +103,7 @@ def test_a_dragged_handle_stays_under_the_cursor(boxed, name: str, parallel: boo
     # Not outwards: the knob cannot leave the sphere that it turns on.
     way = QPoint(-16, 9)
     scene.view.set_parallel(parallel)
-    before, index = session.document, session.undo_stack.index()
+    before, index = session.document, session.undo_stack.index
     camera, box = scene.view.camera, before.placed_boxes["link0"]
     was = place_of(scene, scene.handle(name).position_um)
     at = scene.place_of(scene.handle(name).position_um) + QPoint(3, 2)
@@ -125,7 +125,7 @@ def test_a_dragged_handle_stays_under_the_cursor(boxed, name: str, parallel: boo
 
 def test_the_knob_at_its_side_rolls_the_box_about_its_own_axis(boxed) -> None:
     scene, session = boxed, boxed.session
-    before, index = session.document, session.undo_stack.index()
+    before, index = session.document, session.undo_stack.index
     box = before.placed_boxes["link0"]
     scene.drag_handle("roll", QPoint(0, -18))
     after = session.document.placed_boxes["link0"]
@@ -140,7 +140,7 @@ def test_a_face_moves_only_where_the_cross_section_is_free(boxed) -> None:
     with pytest.raises(KeyError):
         scene.handle("+y")
     session.free_cross_section("link0", True)
-    before, index = session.document, session.undo_stack.index()
+    before, index = session.document, session.undo_stack.index
     box = before.placed_boxes["link0"]
     face_um = scene.handle("+y").position_um
     way = place_of(scene, tuple(np.array(face_um) + 1500 * box.axes[:, 1])) - place_of(scene, face_um)
@@ -162,12 +162,12 @@ def test_a_drag_on_a_box_turns_the_camera_and_edits_nothing(boxed) -> None:
 @pytest.mark.parametrize("name", ["center", "swing"])
 def test_a_press_without_a_way_changes_nothing(boxed, name: str) -> None:
     scene, session = boxed, boxed.session
-    before, index, view = session.document, session.undo_stack.index(), session.view
+    before, index, view = session.document, session.undo_stack.index, session.view
     at = scene.place_of(scene.handle(name).position_um)
     scene.click(at)
     scene.drag(at, QPoint(1, 1))
     assert session.document is before
-    assert session.undo_stack.index() == index
+    assert session.undo_stack.index == index
     assert session.view == view
 
 
@@ -191,13 +191,13 @@ def test_what_was_dropped_does_not_come_back_with_the_next_move(boxed, name: str
     scene.move(at + WAY)
     assert session.view.draft is not None
     DROPS[name](scene)
-    before, index, camera = session.document, session.undo_stack.index(), scene.view.camera
+    before, index, camera = session.document, session.undo_stack.index, scene.view.camera
     assert session.view.draft is None
     scene.move(at + WAY * 2)
     assert session.view.draft is None
     scene.release(at + WAY * 2)
     assert session.document is before
-    assert session.undo_stack.index() == index
+    assert session.undo_stack.index == index
     assert scene.view.camera == camera
 
 
@@ -255,7 +255,7 @@ def lengths_um(document) -> list[float]:
 def test_a_drag_of_a_link_moves_the_whole_tool(posed, name: str) -> None:
     scene, session = posed, posed.session
     session.set_mode("pose")
-    before, index = session.document, session.undo_stack.index()
+    before, index = session.document, session.undo_stack.index
     was = place_of(scene, scene.handle(name).position_um)
     scene.drag_handle(name, WAY)
     assert place_of(scene, scene.handle(name).position_um) - was == pytest.approx((14, -22), abs=0.5)
@@ -268,7 +268,7 @@ def test_a_drag_of_a_link_moves_the_whole_tool(posed, name: str) -> None:
 def test_a_drag_of_its_body_moves_the_tool_along_with_the_cursor(posed) -> None:
     scene, session = posed, posed.session
     session.set_mode("pose")
-    before, index, camera = session.document, session.undo_stack.index(), scene.view.camera
+    before, index, camera = session.document, session.undo_stack.index, scene.view.camera
     was = place_of(scene, before.positions_um["k0"])
     scene.drag(body_place(scene), WAY)
     assert scene.view.camera == camera
@@ -291,7 +291,7 @@ def test_beside_the_tool_a_drag_turns_the_camera_and_a_click_does_nothing(posed)
 def test_the_knobs_turn_the_tool_about_the_middle_of_its_root(posed, name: str) -> None:
     scene, session = posed, posed.session
     session.set_mode("pose")
-    before, index = session.document, session.undo_stack.index()
+    before, index = session.document, session.undo_stack.index
     middle_um, axis = session.tool_pose.position_um, direction(before)
     scene.drag_handle(name, QPoint(10, -16))
     assert session.tool_pose.position_um == pytest.approx(middle_um)
@@ -306,7 +306,7 @@ def test_the_tip_of_a_link_bends_its_joint(posed) -> None:
     scene, session = posed, posed.session
     scene.view.look_from("+z")
     session.set_mode("pose")
-    before, index = session.document, session.undo_stack.index()
+    before, index = session.document, session.undo_stack.index
     bent = session.tool_pose.angles_deg["theta1"]
     at = place_of(scene, scene.handle("bend:theta1").position_um)
     # To where the link's tip is with the joint at another angle.
@@ -344,7 +344,7 @@ def test_a_tool_that_nobody_has_placed_is_placed_by_moving_it(roomy) -> None:
 def test_boxes_follow_the_tool_too(boxed) -> None:
     scene, session = boxed, boxed.session
     session.set_mode("pose")
-    before, index = session.document, session.undo_stack.index()
+    before, index = session.document, session.undo_stack.index
     scene.drag_handle("move:link1", WAY)
     assert all(box.source == "posed" for box in session.document.boxes)
     undo_exactly(scene, before, index)
@@ -353,7 +353,7 @@ def test_boxes_follow_the_tool_too(boxed) -> None:
 def test_escape_leaves_the_tool_where_it_was(posed) -> None:
     scene, session = posed, posed.session
     session.set_mode("pose")
-    before, index = session.document, session.undo_stack.index()
+    before, index = session.document, session.undo_stack.index
     at = body_place(scene)
     scene.press(at)
     scene.move(at + WAY)
@@ -362,7 +362,7 @@ def test_escape_leaves_the_tool_where_it_was(posed) -> None:
     scene.move(at + WAY * 2)
     scene.release(at + WAY * 2)
     assert session.document is before
-    assert session.undo_stack.index() == index
+    assert session.undo_stack.index == index
     assert session.view.draft is None
 
 

@@ -47,7 +47,7 @@ def test_what_was_placed_is_saved_and_found_again(qtbot: QtBot, session: Session
     assert load_annotation(path)[0].positions_um == {"k0": (1.0, 2.0, 3.0)}
     assert session.annotation_path == path.with_name("v001.npy.boxes.json")
     assert session.view.active_part == "link0"
-    assert session.undo_stack.count() == 0
+    assert session.undo_stack.count == 0
     session.type_box("link0", BOX)
     switch(qtbot, session, "keypoints")
     assert session.document.positions_um == {"k0": (1.0, 2.0, 3.0)}  # type: ignore[union-attr]

@@ -43,7 +43,7 @@ def test_looking_is_never_on_the_undo_stack(session: Session) -> None:
     session.look(crosshair_um=(10.0, 20.0, 30.0), window=(1.0, 2.0))
     session.activate("k3")
     session.set_mode("place")
-    assert session.undo_stack.count() == 0
+    assert session.undo_stack.count == 0
     assert not session.unsaved
 
 
@@ -109,9 +109,9 @@ def test_a_relabelling_is_one_edit_that_says_what_it_is(session: Session) -> Non
     session.place((4.0, 5.0, 6.0), keypoint="k3")
     session.relabel({"k2": "k3", "k3": "k2"})
     assert session.shown_positions_um() == {"k2": (4.0, 5.0, 6.0), "k3": (1.0, 2.0, 3.0)}
-    assert session.undo_stack.undoText() == "Swap k2 and k3"
+    assert session.undo_stack.undo_text == "Swap k2 and k3"
     session.relabel({"k2": "k0", "k3": "k2", "k0": "k3"})
-    assert session.undo_stack.undoText() == "Relabel k2, k3 and k0"
+    assert session.undo_stack.undo_text == "Relabel k2, k3 and k0"
     session.undo_stack.undo()
     session.undo_stack.undo()
     assert session.shown_positions_um() == {"k2": (1.0, 2.0, 3.0), "k3": (4.0, 5.0, 6.0)}
@@ -125,7 +125,7 @@ def test_nudging_moves_by_voxels(session: Session) -> None:
     assert session.document is not None
     np.testing.assert_allclose(session.document.positions_um["k0"], (259.0, 100.0, 90.6))
     assert session.document.keypoint("k0").source == "nudged"
-    assert session.undo_stack.undoText() == "Nudge k0"
+    assert session.undo_stack.undo_text == "Nudge k0"
 
 
 @pytest.mark.parametrize("to", ["maximum", "edge"])
@@ -136,7 +136,7 @@ def test_snapping_is_one_edit(qtbot: QtBot, session: Session, to: str) -> None:
     qtbot.waitUntil(lambda: not session.jobs.running)
     assert session.document is not None
     assert session.document.keypoint("k0").source == "snapped"
-    assert session.undo_stack.count() == 2
+    assert session.undo_stack.count == 2
 
 
 def test_saves_and_reopens_the_same_document(qtbot: QtBot, session: Session, volume_path: Path) -> None:

@@ -19,7 +19,7 @@ class TestStarting:
         assert {standing(part) for part in reviewing.document.parts} == {"predicted"}
         assert reviewing.document.positions_um == predicting.prediction.positions_um
         assert reviewing.document.predicted_from.checkpoint == NAME
-        assert reviewing.undo_stack.count() == 1
+        assert reviewing.undo_stack.count == 1
         reviewing.undo()
         assert reviewing.document == before
         reviewing.redo()
@@ -65,7 +65,7 @@ class TestStarting:
         said = messages_of(reviewing)
         predicting.start_from_prediction()
         assert said[-1].startswith("Nothing was placed")
-        assert reviewing.undo_stack.count() == 1
+        assert reviewing.undo_stack.count == 1
 
     def test_what_nobody_accepted_is_told_when_it_is_done(self, qtbot, reviewing, predicting):
         predict(qtbot, reviewing, [0])
@@ -94,7 +94,7 @@ session.predicting.load(load_checkpoint(checkpoint))
 while session.predicting.prediction is None:
     application.processEvents()
 session.predicting.start_from_prediction()
-assert session.undo_stack.count() == 1
+assert session.undo_stack.count == 1
 os.kill(os.getpid(), signal.SIGKILL)
 """
 

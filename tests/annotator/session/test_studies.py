@@ -140,7 +140,7 @@ def test_after_a_change_the_list_is_read_anew_and_the_open_document_stays(
         opened.studies.change(before, after)
     qtbot.waitUntil(lambda: len(opened.items) == 4)
     assert opened.document is document
-    assert opened.undo_stack.canUndo()
+    assert opened.undo_stack.can_undo
     assert opened.items[opened.current_index].label == "b"
     assert opened.studies.study == load_study(folder) == after
     assert (folder / "study.toml.bak").exists()

@@ -52,11 +52,11 @@ def center_um(session: Session) -> tuple[float, float, float]:
 def test_whoever_goes_on_keeps_what_is_typed_as_a_step_of_its_own(
     typing: Session, go_on: Callable[[Session], object], further_edits: int
 ) -> None:
-    before = typing.undo_stack.count()
+    before = typing.undo_stack.count
     go_on(typing)
     assert center_um(typing) == TYPED_UM
     assert typing.view.draft is None
-    assert typing.undo_stack.count() == before + 1 + further_edits
+    assert typing.undo_stack.count == before + 1 + further_edits
 
 
 def test_a_key_that_moves_the_box_moves_it_from_where_it_was_typed_to(typing: Session) -> None:
@@ -117,12 +117,12 @@ def test_a_step_of_a_joint_is_kept_when_a_key_bends_another_one(boxes_session: S
 
 
 def test_autosave_leaves_a_number_alone_that_is_half_typed(typing: Session) -> None:
-    edits = typing.undo_stack.count()
+    edits = typing.undo_stack.count
     draft = typing.view.draft
     typing._autosave.save_requested.emit()
     assert not typing.unsaved
     assert typing.view.draft is draft
-    assert typing.undo_stack.count() == edits
+    assert typing.undo_stack.count == edits
     path = typing.annotation_path
     assert path is not None
     assert load_annotation(path)[0].placed_boxes["link0"].center_um != TYPED_UM

@@ -32,7 +32,7 @@ def assert_one_step(session: Session, edits: int, before: object) -> None:
     """Say that one edit was made, and that undoing and redoing it is exact."""
     after = session.document
     assert after != before
-    assert session.undo_stack.count() == edits + 1
+    assert session.undo_stack.count == edits + 1
     session.undo_stack.undo()
     assert session.document == before
     session.undo_stack.redo()
@@ -108,7 +108,7 @@ def test_between_the_clicks_the_box_follows_the_mouse(
 
     assert unboxed.view.draft is None
     assert unboxed.document is before
-    assert unboxed.undo_stack.count() == 0
+    assert unboxed.undo_stack.count == 0
 
 
 def test_scrolling_takes_the_second_end_along(unboxed: Session, roomy_views: Views, hand: Any) -> None:
@@ -158,7 +158,7 @@ def test_one_spot_clicked_twice_is_no_box(
 def test_the_handle_at_the_centre_moves_the_box_within_the_plane(
     boxed: Session, roomy_views: Views, hand: Any, axis: int
 ) -> None:
-    view, before, was, edits = roomy_views[axis], boxed.document, box_of(boxed), boxed.undo_stack.count()
+    view, before, was, edits = roomy_views[axis], boxed.document, box_of(boxed), boxed.undo_stack.count
     start = hand.handle(boxed, view, "center")
 
     hand.drag(view, start, start + QPoint(5, 5), start + WAY, release=False)
@@ -180,7 +180,7 @@ def test_the_handle_at_the_centre_moves_the_box_within_the_plane(
 def test_the_handle_at_an_end_moves_it_and_the_other_stays(
     boxed: Session, roomy_views: Views, hand: Any, axis: int, end: str
 ) -> None:
-    view, before, was, edits = roomy_views[axis], boxed.document, box_of(boxed), boxed.undo_stack.count()
+    view, before, was, edits = roomy_views[axis], boxed.document, box_of(boxed), boxed.undo_stack.count
     start = hand.handle(boxed, view, end)
 
     hand.drag(view, start, start + WAY)
@@ -198,7 +198,7 @@ def test_the_handle_at_an_end_moves_it_and_the_other_stays(
 def test_the_knob_beyond_the_tip_turns_the_box_about_its_centre(
     boxed: Session, roomy_views: Views, hand: Any, axis: int
 ) -> None:
-    view, before, was, edits = roomy_views[axis], boxed.document, box_of(boxed), boxed.undo_stack.count()
+    view, before, was, edits = roomy_views[axis], boxed.document, box_of(boxed), boxed.undo_stack.count
     start = hand.handle(boxed, view, "swing")
     way_um = np.array(hand.way_um(view, WAY))
 
@@ -216,7 +216,7 @@ def test_the_knob_beyond_the_tip_turns_the_box_about_its_centre(
 def test_the_knob_at_the_side_rolls_the_box_in_a_slice_across_it(
     boxed: Session, roomy_views: Views, hand: Any
 ) -> None:
-    view, before, was, edits = roomy_views[1], boxed.document, box_of(boxed), boxed.undo_stack.count()
+    view, before, was, edits = roomy_views[1], boxed.document, box_of(boxed), boxed.undo_stack.count
     start = hand.handle(boxed, view, "roll")
     aside = hand.pixel(view, was.position_um((0.0, 0.7, 0.0)))
 
@@ -234,7 +234,7 @@ def test_faces_have_handles_only_where_the_cross_section_is_free(
 ) -> None:
     assert not {handle.name for handle in boxed.handles()} & {"+y", "-y", "+z", "-z"}
     boxed.free_cross_section("link0", True)
-    view, before, was, edits = roomy_views[1], boxed.document, box_of(boxed), boxed.undo_stack.count()
+    view, before, was, edits = roomy_views[1], boxed.document, box_of(boxed), boxed.undo_stack.count
     start = hand.handle(boxed, view, "+y")
     fixed_um = was.position_um((0.0, -0.5, 0.0))
     outwards = hand.pixel(view, was.position_um((0.0, 0.9, 0.0))) - hand.pixel(
@@ -262,7 +262,7 @@ def inside(box: Box, along: float = 0.25) -> tuple[float, float, float]:
 def test_a_press_within_the_outline_moves_the_box(
     boxed: Session, roomy_views: Views, hand: Any, axis: int
 ) -> None:
-    view, before, was, edits = roomy_views[axis], boxed.document, box_of(boxed), boxed.undo_stack.count()
+    view, before, was, edits = roomy_views[axis], boxed.document, box_of(boxed), boxed.undo_stack.count
     boxed.look(crosshair_um=inside(was))
     start = hand.pixel(view, inside(was))
     assert view.handle_under(start.x(), start.y(), 8) is None
@@ -319,7 +319,7 @@ def test_a_press_beside_all_boxes_says_why_it_does_nothing(
 def test_a_press_and_release_on_a_handle_changes_nothing(
     boxed: Session, roomy_views: Views, hand: Any
 ) -> None:
-    document, edits = boxed.document, boxed.undo_stack.count()
+    document, edits = boxed.document, boxed.undo_stack.count
     for name in ("center", "base", "tip", "swing"):
         start = hand.handle(boxed, roomy_views[2], name)
         view = boxed.view
@@ -328,7 +328,7 @@ def test_a_press_and_release_on_a_handle_changes_nothing(
         assert boxed.view == view
 
     assert boxed.document is document
-    assert boxed.undo_stack.count() == edits
+    assert boxed.undo_stack.count == edits
 
 
 def test_a_click_on_the_body_brings_the_crosshair_there(

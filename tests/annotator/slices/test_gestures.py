@@ -60,7 +60,7 @@ def test_six_clicks_in_slices_across_different_axes_place_six_keypoints(
         # The click was on a plane of voxels, and that is where the keypoint lies.
         index = wanted_um[view.axis] / (15.9, 13.5, 9.4)[view.axis]
         assert index == pytest.approx(round(index))
-    assert session.undo_stack.count() == 6
+    assert session.undo_stack.count == 6
 
 
 def test_a_click_beside_the_volume_places_outside(views: Views, session: Session, hand: Any) -> None:
@@ -80,19 +80,19 @@ def test_a_drag_previews_and_commits_once_on_release(
 ) -> None:
     view = views[axis]
     start, end = hand.pixel(view, MIDDLE_UM), hand.pixel(view, MIDDLE_UM) + QPoint(31, -22)
-    edits = placed.undo_stack.count()
+    edits = placed.undo_stack.count
 
     hand.drag(view, start, start + QPoint(10, -10), end, release=False)
 
     assert placed.view.preview is not None
     assert placed.view.preview.keypoint == "k0"
-    assert placed.undo_stack.count() == edits
+    assert placed.undo_stack.count == edits
     assert placed_um(placed, "k0") == pytest.approx(MIDDLE_UM)
 
     QTest.mouseRelease(view, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, end)
 
     assert placed.view.preview is None
-    assert placed.undo_stack.count() == edits + 1
+    assert placed.undo_stack.count == edits + 1
     assert placed.document is not None
     assert placed.document.keypoint("k0").source == "dragged"
     assert view.viewport is not None
@@ -231,7 +231,7 @@ def test_a_double_click_places_once(views: Views, session: Session, hand: Any) -
     QTest.mouseClick(views[0], Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
     QTest.mouseDClick(views[0], Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
 
-    assert session.undo_stack.count() == 1
+    assert session.undo_stack.count == 1
     assert session.view.active_part == "k1"
 
 
@@ -251,7 +251,7 @@ def test_navigating_never_edits(placed: Session, views: Views, hand: Any) -> Non
         QTest.keyClick(view, Qt.Key.Key_Escape)
 
     assert placed.document is document
-    assert placed.undo_stack.count() == 1
+    assert placed.undo_stack.count == 1
     assert placed.view.preview is None
 
 

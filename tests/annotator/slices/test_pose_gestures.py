@@ -51,7 +51,7 @@ def assert_one_step(session: Session, edits: int, before: object) -> None:
     """Say that one edit was made, and that undoing and redoing it is exact."""
     after = session.document
     assert after != before
-    assert session.undo_stack.count() == edits + 1
+    assert session.undo_stack.count == edits + 1
     session.undo_stack.undo()
     assert session.document == before
     session.undo_stack.redo()
@@ -63,7 +63,7 @@ def assert_one_step(session: Session, edits: int, before: object) -> None:
 def test_the_handle_on_a_link_moves_everything_as_one_body(
     posing: Session, roomy_views: Views, hand: Any, axis: int, link: str
 ) -> None:
-    view, before, was, edits = roomy_views[axis], posing.document, pose_of(posing), posing.undo_stack.count()
+    view, before, was, edits = roomy_views[axis], posing.document, pose_of(posing), posing.undo_stack.count
     start = hand.handle(posing, view, f"move:{link}")
 
     hand.drag(view, start, start + QPoint(5, 5), start + WAY, release=False)
@@ -82,7 +82,7 @@ def test_a_press_within_the_outline_of_the_tool_moves_it(
     posing: Session, roomy_views: Views, hand: Any, axis: int
 ) -> None:
     assert posing.tool is not None
-    view, before, was, edits = roomy_views[axis], posing.document, pose_of(posing), posing.undo_stack.count()
+    view, before, was, edits = roomy_views[axis], posing.document, pose_of(posing), posing.undo_stack.count
     grip_um = link_boxes(was, posing.tool)["link0"].position_um((0.25, 0.2, 0.2))
     posing.look(crosshair_um=grip_um)
     start = hand.pixel(view, grip_um)
@@ -100,7 +100,7 @@ def test_a_press_within_the_outline_of_the_tool_moves_it(
 def test_the_handle_at_the_tip_of_a_link_bends_its_joint_alone(
     posing: Session, roomy_views: Views, hand: Any, joint: str
 ) -> None:
-    view, before, was, edits = roomy_views[2], posing.document, pose_of(posing), posing.undo_stack.count()
+    view, before, was, edits = roomy_views[2], posing.document, pose_of(posing), posing.undo_stack.count
     start = hand.handle(posing, view, f"bend:{joint}")
 
     hand.drag(view, start, start + QPoint(9, 0), start + QPoint(18, 0))
@@ -155,7 +155,7 @@ def test_pulling_a_joint_far_beyond_closed_closes_it(posing: Session, roomy_view
 def test_the_knob_at_the_base_turns_the_tool_about_the_middle_of_its_first_link(
     posing: Session, roomy_views: Views, hand: Any
 ) -> None:
-    view, before, was, edits = roomy_views[2], posing.document, pose_of(posing), posing.undo_stack.count()
+    view, before, was, edits = roomy_views[2], posing.document, pose_of(posing), posing.undo_stack.count
     start = hand.handle(posing, view, "swing")
 
     hand.drag(view, start, start + WAY)
@@ -172,7 +172,7 @@ def test_the_knob_at_the_base_turns_the_tool_about_the_middle_of_its_first_link(
 def test_the_knob_at_the_side_turns_the_tool_about_its_axis(
     posing: Session, roomy_views: Views, hand: Any
 ) -> None:
-    view, before, was, edits = roomy_views[1], posing.document, pose_of(posing), posing.undo_stack.count()
+    view, before, was, edits = roomy_views[1], posing.document, pose_of(posing), posing.undo_stack.count
     assert posing.tool is not None
     start = hand.handle(posing, view, "roll")
     aside = hand.pixel(view, link_boxes(was, posing.tool)["link0"].position_um((0.0, 0.7, 0.0)))
@@ -192,7 +192,7 @@ def test_boxes_follow_as_one_body_too(
     posing_boxes: Session, roomy_views: Views, hand: Any, name: str
 ) -> None:
     session, view = posing_boxes, roomy_views[2]
-    before, edits = session.document, session.undo_stack.count()
+    before, edits = session.document, session.undo_stack.count
     start = hand.handle(session, view, name)
 
     hand.drag(view, start, start + WAY)
@@ -218,14 +218,14 @@ def test_a_tool_that_nobody_has_placed_is_dragged_to_where_it_is(
 
 
 def test_a_press_and_release_changes_nothing(posing: Session, roomy_views: Views, hand: Any) -> None:
-    document, edits, was = posing.document, posing.undo_stack.count(), pose_of(posing)
+    document, edits, was = posing.document, posing.undo_stack.count, pose_of(posing)
     for name in ("move:link0", "bend:theta1", "bend:theta2", "swing"):
         start = hand.handle(posing, roomy_views[2], name)
         hand.click(roomy_views[2], start)
         hand.drag(roomy_views[2], start, start + QPoint(2, 1))
 
     assert posing.document is document
-    assert posing.undo_stack.count() == edits
+    assert posing.undo_stack.count == edits
     assert pose_of(posing) == was
     assert posing.view.draft is None
 

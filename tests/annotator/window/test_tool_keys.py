@@ -169,14 +169,14 @@ def test_bends_by_key(person, posed):
         person.press(key, modifiers)
         pose = posed.settled_pose
         assert (pose.angles_deg["theta1"], pose.angles_deg["theta2"]) == pytest.approx(angles_deg)
-        assert posed.undo_stack.count() == number
+        assert posed.undo_stack.count == number
 
 
 def test_bends_only_in_pose_mode(person, posed):
     person.press(Qt.Key.Key_P)
     assert not person.action("bend_1").isEnabled()
     person.press(Qt.Key.Key_J)
-    assert posed.undo_stack.count() == 1
+    assert posed.undo_stack.count == 1
 
 
 def test_the_tool_is_moved_and_turned_by_key(person, posed):

@@ -136,13 +136,13 @@ def test_all_six_are_placed_and_nothing_is_lost(
     assert last.status == "done"
 
     # Back to the start, and forward again, state by state.
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     assert steps == len(states) - 1
     for step in range(steps):
         person.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
         assert session.document == states[steps - 1 - step]
     assert session.document.positions_um == {}
-    assert not session.undo_stack.canUndo()
+    assert not session.undo_stack.can_undo
     redo = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     for step in range(steps):
         person.press(Qt.Key.Key_Z, redo)
@@ -175,12 +175,12 @@ def drag_handle(person, session: Session, axis: int, name: str, by_um: Vector) -
 
 def go_back_and_forth(person, session: Session, states: list) -> None:
     """Undo everything and do it again, state by state."""
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     assert steps == len(states) - 1
     for step in range(steps):
         person.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
         assert session.document == states[steps - 1 - step]
-    assert not session.undo_stack.canUndo()
+    assert not session.undo_stack.can_undo
     for step in range(steps):
         person.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
         assert session.document == states[step + 1]
@@ -296,7 +296,7 @@ def test_the_tool_is_posed_as_one_body_and_nothing_is_lost(
     for key in (Qt.Key.Key_X, Qt.Key.Key_Y, Qt.Key.Key_Q, Qt.Key.Key_J, Qt.Key.Key_K):
         person.press(key, ten)
     person.press(Qt.Key.Key_Right)
-    assert session.undo_stack.count() == 8
+    assert session.undo_stack.count == 8
     assert session.tool_pose.angles_deg == pytest.approx({"theta1": 10.0, "theta2": 10.0})
     lengths_um = [
         np.linalg.norm(

@@ -118,7 +118,7 @@ def test_the_fields_show_the_active_box(frame: QWidget) -> None:
 def test_enter_on_what_is_shown_changes_nothing(
     qtbot: QtBot, session: Session, frame: QWidget, name: str
 ) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     target = (
         component(frame, name.removeprefix("quaternion_"))
         if name.startswith("quaternion_")
@@ -128,13 +128,13 @@ def test_enter_on_what_is_shown_changes_nothing(
     enter(qtbot, target)
     leave(frame)
     assert placed(session) == LINK0
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
 
 
 def test_a_typed_centre_is_previewed_and_kept_by_enter_in_one_step(
     qtbot: QtBot, session: Session, frame: QWidget
 ) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     type_text(qtbot, field(frame, "y"), "512.5")
     moved = replace(LINK0, center_um=(LINK0.center_um[0], 512.5, LINK0.center_um[2]))
     assert session.active_box() == moved
@@ -144,8 +144,8 @@ def test_a_typed_centre_is_previewed_and_kept_by_enter_in_one_step(
     enter(qtbot, field(frame, "y"))
     assert placed(session) == moved
     assert session.view.draft is None
-    assert session.undo_stack.count() == steps + 1
-    assert session.undo_stack.undoText() == "Type link0"
+    assert session.undo_stack.count == steps + 1
+    assert session.undo_stack.undo_text == "Type link0"
     session.undo_stack.undo()
     assert placed(session) == LINK0
     assert field(frame, "y").text() == "400.65"
@@ -165,13 +165,13 @@ def test_escape_drops_what_was_typed_and_then_leaves(qtbot: QtBot, session: Sess
 def test_numbers_of_a_group_typed_in_a_row_are_one_step(
     qtbot: QtBot, session: Session, frame: QWidget
 ) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     for name, text in (("x", "100"), ("y", "200"), ("z", "150")):
         type_text(qtbot, field(frame, name), text)
     assert placed(session) == LINK0
     leave(frame)
     qtbot.waitUntil(lambda: placed(session) == replace(LINK0, center_um=(100.0, 200.0, 150.0)))
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
 
 
 def test_saving_keeps_what_is_being_typed(qtbot: QtBot, session: Session, frame: QWidget) -> None:
@@ -182,11 +182,11 @@ def test_saving_keeps_what_is_being_typed(qtbot: QtBot, session: Session, frame:
 
 def test_what_is_typed_back_is_no_edit(qtbot: QtBot, session: Session, frame: QWidget) -> None:
     session.type_box("link0", replace(LINK0, size_um=(11000.0, 4000.0, 4000.0)))
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     type_text(qtbot, field(frame, "length"), "9000")
     type_text(qtbot, field(frame, "length"), "11000")
     enter(qtbot, field(frame, "length"))
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
 
 
 def test_arrows_step_by_a_voxel_and_by_a_degree(qtbot: QtBot, session: Session, frame: QWidget) -> None:
@@ -195,14 +195,14 @@ def test_arrows_step_by_a_voxel_and_by_a_degree(qtbot: QtBot, session: Session, 
     assert [field(frame, name).singleStep() for name in ("x", "y", "z")] == [15.9, 13.5, 9.4]
     sizes = [field(frame, name).singleStep() for name in ("length", "width", "height")]
     assert sizes == pytest.approx([15.9, 13.5, 9.4])
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     field(frame, "yaw").setFocus()
     for _ in range(3):
         qtbot.keyClick(field(frame, "yaw"), Qt.Key.Key_Up)
     shown = session.active_box()
     assert angles(shown) == pytest.approx((3.0, 0.0, 0.0))
     qtbot.waitUntil(lambda: session.view.draft is None)
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     assert placed(session) == shown
 
 
@@ -270,7 +270,7 @@ def test_undo_after_typed_angles_shows_the_angles_of_the_box(
 def test_a_quaternion_of_any_length_is_normalised_when_it_is_kept(
     qtbot: QtBot, session: Session, frame: QWidget
 ) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     for letter, text in zip("wxyz", ("2", "0", "0", "-2"), strict=True):
         type_text(qtbot, component(frame, letter), text)
     assert placed(session) == LINK0
@@ -287,7 +287,7 @@ def test_a_quaternion_of_any_length_is_normalised_when_it_is_kept(
         "-0.70711",
     ]
     assert field(frame, "yaw").text() == "-90.00"
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
 
 
 def test_leaving_the_quaternion_keeps_it(qtbot: QtBot, session: Session, frame: QWidget) -> None:
@@ -317,7 +317,7 @@ def test_four_zeros_are_refused_with_a_reason(qtbot: QtBot, session: Session, fr
     editor = frame.findChild(BoxEditor)
     assert isinstance(editor, BoxEditor)
     editor.refused.connect(reasons.append)
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     for letter in "wxyz":
         type_text(qtbot, component(frame, letter), "0")
     enter(qtbot, component(frame, "z"))
@@ -328,7 +328,7 @@ def test_four_zeros_are_refused_with_a_reason(qtbot: QtBot, session: Session, fr
     assert component(frame, "w").text() == f"{LINK0.rotation_wxyz[0]:.5f}"
     assert placed(session) == LINK0
     assert session.view.draft is None
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
 
 
 @pytest.mark.parametrize("wrong", ["abc", "", "1,5", "nan", "inf"])

@@ -143,10 +143,10 @@ def test_the_residual_is_that_of_the_end_which_fits_less_and_colored_when_implau
 
 
 def test_a_length_is_typed_and_the_rest_stays_exact(boxes_session: Session, model: BoxesModel) -> None:
-    steps = boxes_session.undo_stack.count()
+    steps = boxes_session.undo_stack.count
     assert model.setData(model.index(0, Column.LENGTH), "9 mm")
     assert part(boxes_session).box == Box(LINK0.center_um, (9000.0, 4000.0, 4000.0), LINK0.rotation_wxyz)
-    assert boxes_session.undo_stack.count() == steps + 1
+    assert boxes_session.undo_stack.count == steps + 1
     boxes_session.undo_stack.undo()
     assert part(boxes_session).box == LINK0
 
@@ -154,10 +154,10 @@ def test_a_length_is_typed_and_the_rest_stays_exact(boxes_session: Session, mode
 def test_a_length_that_is_left_as_shown_is_not_rounded(boxes_session: Session, model: BoxesModel) -> None:
     exact = LINK0.size_um[0] + 1e-5
     boxes_session.type_box("link0", Box(LINK0.center_um, (exact, 4000.0, 4000.0), LINK0.rotation_wxyz))
-    steps = boxes_session.undo_stack.count()
+    steps = boxes_session.undo_stack.count
     index = model.index(0, Column.LENGTH)
     assert model.setData(index, index.data(ROLE.EditRole))
-    assert boxes_session.undo_stack.count() == steps
+    assert boxes_session.undo_stack.count == steps
     assert part(boxes_session).size_um == (exact, 4000.0, 4000.0)
 
 
@@ -178,11 +178,11 @@ def test_nonsense_is_refused_with_a_reason(
 ) -> None:
     messages: list[str] = []
     model.not_understood.connect(messages.append)
-    steps = boxes_session.undo_stack.count()
+    steps = boxes_session.undo_stack.count
     assert reason in model.refusal(0, Column.LENGTH, typed)
     assert not model.setData(model.index(0, Column.LENGTH), typed)
     assert reason in messages[0]
-    assert boxes_session.undo_stack.count() == steps
+    assert boxes_session.undo_stack.count == steps
 
 
 def test_the_cross_section_is_typed_only_once_it_is_free(boxes_session: Session, model: BoxesModel) -> None:

@@ -102,7 +102,7 @@ def test_a_length_is_typed_in_the_table_and_undone(qtbot: QtBot, session: Sessio
 def test_a_length_that_makes_no_sense_is_explained(
     qtbot: QtBot, session: Session, table: QTableView, panel: BoxesPanel
 ) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     begin_editing(qtbot, table, Column.LENGTH)
     editor = table.findChild(QLineEdit, "number_editor")
     assert isinstance(editor, QLineEdit)
@@ -111,7 +111,7 @@ def test_a_length_that_makes_no_sense_is_explained(
     assert "more than zero" in label(panel, "boxes_message").text()
     assert label(panel, "boxes_message").isVisible()
     qtbot.keyClick(editor, Qt.Key.Key_Escape)
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
 
 
 def test_a_fixed_width_opens_no_editor_until_it_is_free(
@@ -133,7 +133,7 @@ def test_a_state_is_chosen_from_a_list(qtbot: QtBot, session: Session, table: QT
     qtbot.keyClick(editor.view(), Qt.Key.Key_Down)
     qtbot.keyClick(editor.view(), Qt.Key.Key_Return)
     assert part(session, "link0").state == "occluded"
-    assert session.undo_stack.undoText() == "Mark link0 occluded"
+    assert session.undo_stack.undo_text == "Mark link0 occluded"
 
 
 def test_check_boxes_judge_and_lock(qtbot: QtBot, session: Session, table: QTableView) -> None:

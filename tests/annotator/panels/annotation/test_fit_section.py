@@ -101,9 +101,9 @@ def test_the_other_solution_is_shown_and_taken_as_one_step(
     other = button(panel, "fit_other_0")
     wanted_deg = -session.tool_fit.pose.angles_deg["theta1"]  # type: ignore[union-attr]
     assert other.isVisible()
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     qtbot.mouseClick(other, LEFT)
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     assert session.tool_pose is not None
     assert session.tool_pose.angles_deg["theta1"] == pytest.approx(wanted_deg, abs=0.1)
     sign = "+" if wanted_deg > 0 else "−"

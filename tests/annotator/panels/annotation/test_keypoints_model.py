@@ -201,7 +201,7 @@ def test_typing_one_coordinate_keeps_the_others_exactly(session: Session, model:
     assert position(session) == (exact[0], 150.0, exact[2])
     assert session.document is not None
     assert session.document.keypoint("k0").source == "typed"
-    assert session.undo_stack.count() == 2
+    assert session.undo_stack.count == 2
 
 
 def test_leaving_a_cell_as_it_is_does_not_round_the_position(session: Session, model: KeypointsModel) -> None:
@@ -209,7 +209,7 @@ def test_leaving_a_cell_as_it_is_does_not_round_the_position(session: Session, m
     index = model.index(0, Column.X)
     assert model.setData(index, index.data(ROLE.EditRole))
     assert position(session) == (100.123456789, 200.0, 50.0)
-    assert session.undo_stack.count() == 1
+    assert session.undo_stack.count == 1
 
 
 def test_voxels_can_be_typed(session: Session, model: KeypointsModel) -> None:
@@ -245,7 +245,7 @@ def test_wrong_text_changes_nothing_and_says_why(
     assert "k0" in said.args[0]
     assert "Nothing was changed" in said.args[0]
     assert position(session) == K0_UM
-    assert session.undo_stack.count() == 1
+    assert session.undo_stack.count == 1
 
 
 def test_a_position_outside_the_volume_is_legal_and_stands_out(

@@ -120,7 +120,7 @@ def test_a_coordinate_is_typed_with_enter(qtbot: QtBot, session: Session, table:
     assert editor.text() == "135.000"
     qtbot.keyClicks(editor, "200.5")
     qtbot.keyClick(editor, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: session.undo_stack.count() == 3)
+    qtbot.waitUntil(lambda: session.undo_stack.count == 3)
     assert session.document is not None
     assert session.document.keypoint("k0").position_um == (159.0, 200.5, 94.0)
     assert session.view.crosshair_um == (159.0, 200.5, 94.0)
@@ -141,7 +141,7 @@ def test_wrong_text_keeps_the_editor_open_and_escape_gives_it_up(
     qtbot.keyClick(editor, Qt.Key.Key_Escape)
     assert session.document is not None
     assert session.document.keypoint("k0").position_um == K0_UM
-    assert session.undo_stack.count() == 2
+    assert session.undo_stack.count == 2
     session.nudge(0, 1)
     assert not message.isVisible()
 
@@ -158,7 +158,7 @@ def test_leaving_a_cell_with_wrong_text_changes_nothing_and_says_so(
     assert isinstance(message, QLabel)
     qtbot.waitUntil(message.isVisible)
     assert "Nothing was changed" in message.text()
-    assert session.undo_stack.count() == 2
+    assert session.undo_stack.count == 2
 
 
 def test_a_locked_cell_opens_no_editor(qtbot: QtBot, session: Session, table: QTableView) -> None:
@@ -181,7 +181,7 @@ def test_a_state_is_chosen_from_a_list(qtbot: QtBot, session: Session, table: QT
     qtbot.keyClick(view, Qt.Key.Key_Return)
     assert session.document is not None
     assert session.document.keypoint("k0").state == "occluded"
-    assert session.undo_stack.undoText() == "Mark k0 occluded"
+    assert session.undo_stack.undo_text == "Mark k0 occluded"
 
 
 def test_check_boxes_judge_and_lock(qtbot: QtBot, session: Session, table: QTableView) -> None:

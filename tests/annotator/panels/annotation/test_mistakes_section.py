@@ -86,10 +86,10 @@ def test_swapped_keypoints_are_named_gone_to_and_swapped_back_as_one_step(
     qtbot.mouseClick(found(panel, QToolButton, "mistake_0_k4"), LEFT)
     assert session.view.active_part == "k4"
     assert session.view.crosshair_um != (0.0, 0.0, 0.0)
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     qtbot.mouseClick(found(panel, QPushButton, "mistake_correct_0"), LEFT)
     assert session.document == sound
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     settle(qtbot, session)
     assert found(panel, QLabel, "mistakes_verdict").text() == "Nothing implausible."
     session.undo_stack.undo()
@@ -145,9 +145,9 @@ def test_boxes_are_put_right_too(qtbot: QtBot, boxes_session: Session, spoil: st
     settle(qtbot, session)
     correct = found(panel, QPushButton, "mistake_correct_0")
     assert correct.text() == words
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     qtbot.mouseClick(correct, LEFT)
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     assert session.document is not None
     assert session.document.placed_boxes["link1"].axes == pytest.approx(boxes["link1"].axes)
 
@@ -164,9 +164,9 @@ def test_boxes_whose_roll_nobody_has_set_are_turned_to_where_their_ends_show(
     settle(qtbot, session)
     correct = found(panel, QPushButton, "mistake_correct_0")
     assert correct.text() == "Turn them"
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     qtbot.mouseClick(correct, LEFT)
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     assert session.document is not None
     for link, box in boxes.items():
         assert session.document.placed_boxes[link].axes == pytest.approx(box.axes, abs=0.05)

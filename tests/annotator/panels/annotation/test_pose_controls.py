@@ -85,7 +85,7 @@ def test_they_show_the_pose_and_follow_a_drag_elsewhere(session: Session, panel:
 def test_a_slider_previews_while_it_is_in_hand_and_is_one_step_when_let_go(
     qtbot: QtBot, session: Session, panel: PosePanel
 ) -> None:
-    moved, before, steps = slider(panel), session.document, session.undo_stack.count()
+    moved, before, steps = slider(panel), session.document, session.undo_stack.count
     start = knob(moved)
     qtbot.mousePress(moved, LEFT, pos=start)
     for by in (-10, -20, -30):
@@ -94,7 +94,7 @@ def test_a_slider_previews_while_it_is_in_hand_and_is_one_step_when_let_go(
     assert angle_deg(session) < 39.0
     assert field(panel, "theta1_number").value() == pytest.approx(angle_deg(session), abs=0.01)
     qtbot.mouseRelease(moved, LEFT, pos=start + QPoint(-30, 0))
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     assert session.view.draft is None
     assert angle_deg(session) == moved.value() / 10
     assert {part.source for part in session.document.parts} == {"posed"}  # type: ignore[union-attr]
@@ -105,7 +105,7 @@ def test_a_slider_previews_while_it_is_in_hand_and_is_one_step_when_let_go(
 def test_a_slider_in_hand_that_esc_dropped_does_not_come_back(
     qtbot: QtBot, session: Session, panel: PosePanel
 ) -> None:
-    moved, before, steps = slider(panel), session.document, session.undo_stack.count()
+    moved, before, steps = slider(panel), session.document, session.undo_stack.count
     start = knob(moved)
     qtbot.mousePress(moved, LEFT, pos=start)
     qtbot.mouseMove(moved, start + QPoint(-10, 0))
@@ -116,29 +116,29 @@ def test_a_slider_in_hand_that_esc_dropped_does_not_come_back(
     assert moved.value() == 400
     qtbot.mouseRelease(moved, LEFT, pos=start + QPoint(-20, 0))
     assert session.document is before
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
     qtbot.mousePress(moved, LEFT, pos=start)
     qtbot.mouseMove(moved, start + QPoint(-10, 0))
     qtbot.mouseRelease(moved, LEFT, pos=start + QPoint(-10, 0))
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
 
 
 def test_a_press_without_a_move_changes_nothing(qtbot: QtBot, session: Session, panel: PosePanel) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     qtbot.mouseClick(slider(panel), LEFT, pos=knob(slider(panel)))
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
 
 
 def test_keys_on_a_slider_are_one_step_once_they_rest(
     qtbot: QtBot, session: Session, panel: PosePanel
 ) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     slider(panel).setFocus()
     for _ in range(3):
         qtbot.keyClick(slider(panel), Qt.Key.Key_Right)
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
     assert angle_deg(session) == pytest.approx(43.0)
-    qtbot.waitUntil(lambda: session.undo_stack.count() == steps + 1)
+    qtbot.waitUntil(lambda: session.undo_stack.count == steps + 1)
     assert angle_deg(session) == pytest.approx(43.0)
 
 
@@ -165,12 +165,12 @@ def test_saving_keeps_what_has_not_come_to_rest(qtbot: QtBot, session: Session, 
 def test_a_typed_number_is_one_step(
     qtbot: QtBot, session: Session, panel: PosePanel, name: str, typed: str, index: int
 ) -> None:
-    steps, number = session.undo_stack.count(), field(panel, name)
+    steps, number = session.undo_stack.count, field(panel, name)
     number.setFocus()
     number.selectAll()
     qtbot.keyClicks(number, typed)
     qtbot.keyClick(number, Qt.Key.Key_Return)
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     pose = session.tool_pose
     assert pose is not None
     expected = [*POSE.position_um, *yaw_pitch_roll_deg(POSE.rotation_wxyz)]
@@ -194,21 +194,21 @@ def test_enter_on_a_rounded_number_is_no_wish_to_round(
     qtbot: QtBot, session: Session, panel: PosePanel
 ) -> None:
     session.pose_tool(ToolPose((3000.12345, 4000.0, 2000.0), POSE.rotation_wxyz, POSE.angles_deg))
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     field(panel, "x").setFocus()
     qtbot.keyClick(field(panel, "x"), Qt.Key.Key_Return)
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
 
 
 def test_escape_drops_what_is_typed(qtbot: QtBot, session: Session, panel: PosePanel) -> None:
-    steps, number = session.undo_stack.count(), field(panel, "y")
+    steps, number = session.undo_stack.count, field(panel, "y")
     number.setFocus()
     number.selectAll()
     qtbot.keyClicks(number, "900")
     qtbot.keyClick(number, Qt.Key.Key_Escape)
     assert session.view.draft is None
     assert number.value() == pytest.approx(4000.0)
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
 
 
 def test_locked_keypoints_refuse_and_the_slider_goes_back(
@@ -220,13 +220,13 @@ def test_locked_keypoints_refuse_and_the_slider_goes_back(
     session.set_locked("k2", True)
     assert "k2" in locked.text()
     assert locked.isVisible()
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     slider(panel).setFocus()
     with qtbot.waitSignal(session.message_posted) as said:
         qtbot.keyClick(slider(panel), Qt.Key.Key_Right)
     assert "k2 is locked" in said.args[0]
     assert slider(panel).value() == 400
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
 
 
 def test_nothing_of_the_panel_is_cut_off_at_its_usual_width(qtbot: QtBot, panel: PosePanel) -> None:

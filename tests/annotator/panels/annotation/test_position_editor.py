@@ -67,7 +67,7 @@ def test_the_boxes_show_the_active_part(session: Session, frame: QWidget) -> Non
 def test_typing_moves_everything_and_enter_keeps_it_in_one_step(
     qtbot: QtBot, session: Session, frame: QWidget
 ) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     type_text(qtbot, box(frame, "x"), "250.5")
     assert session.shown_positions_um()["k0"] == (250.5, 135.0, 94.0)
     assert session.view.crosshair_um == (250.5, 135.0, 94.0)
@@ -75,20 +75,20 @@ def test_typing_moves_everything_and_enter_keeps_it_in_one_step(
     qtbot.keyClick(box(frame, "x"), Qt.Key.Key_Return)
     assert placed(session) == (250.5, 135.0, 94.0)
     assert session.view.preview is None
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     assert session.view.active_part == "k0"
     session.undo_stack.undo()
     assert placed(session) == K0_UM
 
 
 def test_escape_drops_what_was_typed(qtbot: QtBot, session: Session, frame: QWidget) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     type_text(qtbot, box(frame, "y"), "400")
     qtbot.keyClick(box(frame, "y"), Qt.Key.Key_Escape)
     assert session.view.preview is None
     assert placed(session) == K0_UM
     assert box(frame, "y").value() == 135.0
-    assert session.undo_stack.count() == steps
+    assert session.undo_stack.count == steps
 
 
 def test_escape_goes_on_to_the_window_when_there_is_nothing_to_drop(qtbot: QtBot, frame: Frame) -> None:
@@ -102,7 +102,7 @@ def test_escape_goes_on_to_the_window_when_there_is_nothing_to_drop(qtbot: QtBot
 
 def test_x_y_and_z_typed_in_a_row_are_one_step(qtbot: QtBot, session: Session, frame: QWidget) -> None:
     session.activate("k3")
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     type_text(qtbot, box(frame, "x"), "100")
     qtbot.keyClick(box(frame, "x"), Qt.Key.Key_Tab)
     type_text(qtbot, box(frame, "y"), "200")
@@ -111,7 +111,7 @@ def test_x_y_and_z_typed_in_a_row_are_one_step(qtbot: QtBot, session: Session, f
     assert placed(session, "k3") is None
     qtbot.keyClick(box(frame, "z"), Qt.Key.Key_Return)
     assert placed(session, "k3") == (100.0, 200.0, 300.0)
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     assert session.view.active_part == "k3"
 
 
@@ -120,13 +120,13 @@ def test_leaving_the_boxes_keeps_what_was_typed(qtbot: QtBot, session: Session, 
     other = frame.findChildren(QLineEdit, options=Qt.FindChildOption.FindDirectChildrenOnly)[0]
     other.setFocus()
     qtbot.waitUntil(lambda: placed(session) == (159.0, 135.0, 200.0))
-    assert session.undo_stack.undoText() == "Type k0"
+    assert session.undo_stack.undo_text == "Type k0"
 
 
 def test_steps_are_one_voxel_and_become_one_edit_when_they_rest(
     qtbot: QtBot, session: Session, frame: QWidget
 ) -> None:
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     box(frame, "x").setFocus()
     for _ in range(3):
         qtbot.keyClick(box(frame, "x"), Qt.Key.Key_Up)
@@ -134,7 +134,7 @@ def test_steps_are_one_voxel_and_become_one_edit_when_they_rest(
     assert session.shown_positions_um()["k0"][0] == pytest.approx(159 + 3 * 15.9)
     qtbot.waitUntil(lambda: session.view.preview is None)
     assert placed(session) == pytest.approx((159 + 3 * 15.9, 135.0, 94.0))
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
 
 
 def test_a_pause_while_typing_keeps_nothing(qtbot: QtBot, session: Session, frame: QWidget) -> None:

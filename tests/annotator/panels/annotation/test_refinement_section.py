@@ -106,9 +106,9 @@ def test_the_proposal_is_accepted_as_one_step(
     qtbot: QtBot, session: Session, panel: PosePanel, refiner: Refiner
 ) -> None:
     propose(qtbot, session, refiner)
-    steps = session.undo_stack.count()
+    steps = session.undo_stack.count
     qtbot.mouseClick(button(panel, "refine_accept"), LEFT)
-    assert session.undo_stack.count() == steps + 1
+    assert session.undo_stack.count == steps + 1
     assert {part.source for part in session.document.parts} == {"refined"}  # type: ignore[union-attr]
     assert button(panel, "refine_start").isVisible()
     assert not button(panel, "refine_accept").isVisible()

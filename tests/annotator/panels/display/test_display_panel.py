@@ -166,7 +166,7 @@ def test_nothing_here_is_an_edit(qtbot: QtBot, session: Session, panel: DisplayP
     qtbot.mouseClick(find(panel, QPushButton, "window_auto"), LEFT)
     type_number(qtbot, find(panel, QDoubleSpinBox, "window_low_box"), "3")
     assert session.document is before
-    assert session.undo_stack.count() == 0
+    assert session.undo_stack.count == 0
 
 
 def test_without_a_volume_nothing_can_be_chosen(session: Session, panel: DisplayPanel) -> None:

@@ -299,7 +299,7 @@ def test_a_flag_and_the_time_are_in_the_list_at_once(
     model = listed(panel).model()
     assert model.index(0, 1).data(ROLE.AccessibleTextRole) == "Flagged: look here"
     assert "1 flagged" in text_of(panel, "worklist_summary")
-    assert empty_session.undo_stack.count() == 1
+    assert empty_session.undo_stack.count == 1
     empty_session.undo()
     assert model.index(0, 1).data(ROLE.AccessibleTextRole) == ""
     assert "0 flagged" in text_of(panel, "worklist_summary")

@@ -114,7 +114,7 @@ def test_everything_is_undone_and_done_again_exactly(qtbot: QtBot, opened: Open,
     session.settling.adopt("k3", "carl")
     session.set_status("done")
     documents = [document_of(session)]
-    while stack.canUndo():
+    while stack.can_undo:
         stack.undo()
         documents.append(document_of(session))
     assert all(part.anchor_um is None for part in documents[-1].parts)
@@ -136,11 +136,11 @@ def test_to_propose_again_leaves_what_the_reviewer_decided(qtbot: QtBot, opened:
     assert not session.settling.is_stale
     for name in ("k0", "k1", "k5"):
         move(folder, "ben", "v001", name, (0.0, 3.0, 0.0))
-    count = session.undo_stack.count()
+    count = session.undo_stack.count
     with qtbot.waitSignal(session.document_changed):
         session.settling.propose()
     document = document_of(session)
-    assert session.undo_stack.count() == count + 1
+    assert session.undo_stack.count == count + 1
     assert document.positions_um["k0"] == (300.0, 200.0, 100.0)
     assert document.positions_um["k1"] == position_um(1, "ben")
     assert document.positions_um["k5"][1] == pytest.approx((300.0 + 309.0 + 312.0) / 3, abs=0.5)
@@ -167,10 +167,10 @@ def test_an_annotation_that_changed_since_makes_the_consensus_stale(
 def test_to_propose_what_is_there_already_is_no_edit(qtbot: QtBot, opened: Open, folder: Path) -> None:
     session = opened(folder)
     settle(qtbot, session)
-    count = session.undo_stack.count()
+    count = session.undo_stack.count
     with qtbot.waitSignal(session.message_posted, check_params_cb=lambda text: "already" in text):
         session.settling.propose()
-    assert session.undo_stack.count() == count
+    assert session.undo_stack.count == count
 
 
 def test_walking_through_the_list_proposes_nothing_by_itself(
@@ -394,12 +394,12 @@ def test_to_propose_again_what_is_settled_makes_it_in_progress_by_the_same_edit(
     session = opened(folder)
     settle(qtbot, session)
     session.set_status("done")
-    settled, count = document_of(session), session.undo_stack.count()
+    settled, count = document_of(session), session.undo_stack.count
     move(folder, "ben", "v001", "k5", (0.0, 30.0, 0.0))
     with qtbot.waitSignal(session.document_changed):
         session.settling.propose()
     assert document_of(session).status == "in_progress"
-    assert session.undo_stack.count() == count + 1
+    assert session.undo_stack.count == count + 1
     assert list(session.settling.moved_um) == ["k5"]
     session.undo()
     assert document_of(session) == settled

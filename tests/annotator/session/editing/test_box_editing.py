@@ -57,7 +57,7 @@ def test_two_clicks_place_a_box_as_one_edit(boxes_session: Session, messages: li
     assert session.view.active_part == "link0"
     session.place(BASE_UM)
     assert session.view.first_end_um == BASE_UM
-    assert session.undo_stack.count() == 0
+    assert session.undo_stack.count == 0
     assert "other end of link0" in messages[-1]
     session.place(TIP_UM)
     box = box_of(session)
@@ -71,7 +71,7 @@ def test_two_clicks_place_a_box_as_one_edit(boxes_session: Session, messages: li
         "Two clicks do not tell the roll of link0: once all boxes are placed the check proposes it; "
         "or press 1 and turn it with X"
     )
-    assert session.undo_stack.count() == 1
+    assert session.undo_stack.count == 1
     session.undo_stack.undo()
     assert session.document.placed_boxes == {}  # type: ignore[union-attr]
 
@@ -110,7 +110,7 @@ def test_what_is_aimed_at_can_be_kept_and_goes_on_to_the_next_link(boxes_session
     assert box_of(boxes_session).tip_um == pytest.approx(TIP_UM)
     assert boxes_session.view.first_end_um is None
     assert boxes_session.view.active_part == "link1"
-    assert boxes_session.undo_stack.count() == 1
+    assert boxes_session.undo_stack.count == 1
 
 
 def test_a_proposal_of_the_scene_takes_the_place_of_what_is_aimed_at(
@@ -132,7 +132,7 @@ def test_a_second_click_at_the_first_place_is_refused(boxes_session: Session, me
     place_two(boxes_session, BASE_UM, BASE_UM)
     assert "Both ends are at one place" in messages[-1]
     assert boxes_session.view.first_end_um == BASE_UM
-    assert boxes_session.undo_stack.count() == 0
+    assert boxes_session.undo_stack.count == 0
 
 
 def test_a_first_click_is_forgotten_once_the_box_is_there_another_way(boxes_session: Session) -> None:
@@ -225,7 +225,7 @@ def test_a_second_click_from_the_same_angle_keeps_the_base_and_proposes_the_tip(
     assert session.view.preview is not None
     assert session.view.preview.keypoint == "k1"
     assert session.view.first_end_um == pytest.approx(np.add(base_um, (0.0, 0.0, 2000.0)))
-    assert session.undo_stack.count() == 0
+    assert session.undo_stack.count == 0
     tip_um = session.view.preview.position_um
     session.keep_preview()
     assert box_of(session).tip_um == pytest.approx(np.add(tip_um, (0.0, 0.0, 2000.0)))
@@ -240,7 +240,7 @@ def test_a_third_click_places_the_box_and_proposes_the_next_base(
     for index in ((12, 20, 20), (18, 30, 20), (24, 40, 20)):
         click(qtbot, session, index)
     assert box_of(session).tip_um[:2] == pytest.approx((18 * 15.9, 30 * 13.5))
-    assert session.undo_stack.count() == 1
+    assert session.undo_stack.count == 1
     assert session.view.active_part == "link1"
     assert session.view.first_end_um is None
     assert session.view.preview is not None
@@ -315,14 +315,14 @@ def test_without_an_active_link_a_click_says_what_to_choose(
 
 
 def test_a_drag_is_shown_and_kept_as_one_edit(placed: Session) -> None:
-    before, steps = placed.document, placed.undo_stack.count()
+    before, steps = placed.document, placed.undo_stack.count
     for x_um in (510.0, 520.0, 600.0):
         placed.drag_handle("tip", (x_um, 500.0, 300.0))
     assert placed.document is before
     assert placed.shown_positions_um()["k1"] == pytest.approx((600.0, 500.0, 300.0))
     placed.keep_draft()
-    assert placed.undo_stack.count() == steps + 1
-    assert placed.undo_stack.undoText() == "Resize link0"
+    assert placed.undo_stack.count == steps + 1
+    assert placed.undo_stack.undo_text == "Resize link0"
     assert box_of(placed).tip_um == pytest.approx((600.0, 500.0, 300.0))
     assert box_of(placed).base_um == pytest.approx(BASE_UM)
     assert placed.document.part("link0").source == "dragged"  # type: ignore[union-attr]
@@ -336,7 +336,7 @@ def test_the_menu_says_what_a_drag_did(placed: Session, text: str) -> None:
     handle = {"Move": "center", "Turn": "swing", "Resize": "base"}[text]
     placed.drag_handle(handle, (0.0, 0.0, 0.0))
     placed.keep_draft()
-    assert placed.undo_stack.undoText() == f"{text} link0"
+    assert placed.undo_stack.undo_text == f"{text} link0"
 
 
 def test_a_drag_that_is_dropped_or_kept_where_nothing_is_on_its_way_changes_nothing(placed: Session) -> None:
@@ -418,7 +418,7 @@ def test_keys_move_turn_and_turn_over(placed: Session) -> None:
     np.testing.assert_allclose(box_of(placed).axes[:, 1], -axes[:, 1], atol=1e-12)
     np.testing.assert_allclose(box_of(placed).axes[:, 0], axes[:, 0], atol=1e-12)
     assert placed.document.part("link0").source == "nudged"  # type: ignore[union-attr]
-    assert placed.undo_stack.count() == 5
+    assert placed.undo_stack.count == 5
 
 
 @pytest.mark.parametrize(("voxels", "end"), [(2, "tip"), (-2, "base")])
@@ -463,15 +463,15 @@ def test_the_cross_section_is_fixed_until_it_is_freed(placed: Session, messages:
 
 
 def test_a_reversed_box_is_turned_end_for_end_and_its_hinge_stays(placed: Session) -> None:
-    before, steps = box_of(placed), placed.undo_stack.count()
+    before, steps = box_of(placed), placed.undo_stack.count
     placed.activate("link1")
     placed.reverse("link0")
-    assert placed.undo_stack.count() == steps + 1
+    assert placed.undo_stack.count == steps + 1
     assert box_of(placed).base_um == pytest.approx(before.tip_um)
     assert box_of(placed).tip_um == pytest.approx(before.base_um)
     np.testing.assert_allclose(box_of(placed).axes[:, 1], before.axes[:, 1], atol=1e-12)
     placed.reverse("link2")
-    assert placed.undo_stack.count() == steps + 1, "there is no box to be reversed"
+    assert placed.undo_stack.count == steps + 1, "there is no box to be reversed"
 
 
 def test_typing_gives_an_unplaced_link_a_box(boxes_session: Session) -> None:
@@ -480,9 +480,9 @@ def test_typing_gives_an_unplaced_link_a_box(boxes_session: Session) -> None:
     assert box_of(boxes_session, "link1") == box
     part = boxes_session.document.part("link1")  # type: ignore[union-attr]
     assert (part.state, part.source) == ("placed", "typed")
-    with_nothing_changed = boxes_session.undo_stack.count()
+    with_nothing_changed = boxes_session.undo_stack.count
     boxes_session.type_box("link1", box)
-    assert boxes_session.undo_stack.count() == with_nothing_changed
+    assert boxes_session.undo_stack.count == with_nothing_changed
 
 
 @pytest.mark.parametrize(
@@ -502,7 +502,7 @@ def test_keys_say_so_where_no_box_is_placed(
     boxes_session.activate(None)
     change(boxes_session)
     assert "Choose a box that is placed first" in messages[-1]
-    assert boxes_session.undo_stack.count() == 0
+    assert boxes_session.undo_stack.count == 0
 
 
 def test_keypoints_of_boxes_are_no_parts_of_the_document(placed: Session, messages: list[str]) -> None:

@@ -79,7 +79,7 @@ def test_a_tool_that_nobody_placed_lies_at_the_crosshair_across_the_light(
     np.testing.assert_allclose(axes[:, 2], np.eye(3)[depth_axis], atol=1e-12)
     assert len(session.handles()) == 7
     assert {solid.kind for solid in session.solids()} == {"ghost"}
-    assert session.undo_stack.count() == 0
+    assert session.undo_stack.count == 0
     session.set_mode("navigate")
     assert session.solids() == (), "nothing is placed that it could be the fit of"
 
@@ -177,8 +177,8 @@ def test_a_drag_moves_everything_and_is_one_edit(session: Session) -> None:
     assert document.positions_um == drawn_um
     assert np.mean([drawn_um["k2"], drawn_um["k3"]], axis=0) == pytest.approx((900.0, 800.0, 400.0))
     assert {part.source for part in document.parts} == {"posed"}
-    assert session.undo_stack.count() == 1
-    assert session.undo_stack.undoText() == "Pose the tool"
+    assert session.undo_stack.count == 1
+    assert session.undo_stack.undo_text == "Pose the tool"
     session.undo_stack.undo()
     assert session.document == before
 
@@ -239,7 +239,7 @@ def test_a_keypoint_that_is_moved_by_itself_makes_the_fit_count_again(posed: Ses
 
 
 def test_keys_move_turn_and_bend_within_limits(posed: Session) -> None:
-    steps = posed.undo_stack.count()
+    steps = posed.undo_stack.count
     posed.nudge(0, 2)
     assert posed.tool_pose.position_um == pytest.approx((3031.8, 4000.0, 2000.0))  # type: ignore[union-attr]
     posed.turn(0, 10.0)
@@ -251,11 +251,11 @@ def test_keys_move_turn_and_bend_within_limits(posed: Session) -> None:
         (3031.8, 4000.0, 2000.0), from_yaw_pitch_roll(20.0, 10.0, 40.0), {"theta1": 30.0, "theta2": 90.0}
     )
     assert_same(pose, expected)
-    assert posed.undo_stack.count() == steps + 4
+    assert posed.undo_stack.count == steps + 4
     posed.bend(1, 1.0)
-    assert posed.undo_stack.count() == steps + 4, "it stands at its limit already"
+    assert posed.undo_stack.count == steps + 4, "it stands at its limit already"
     posed.bend(2, 1.0)
-    assert posed.undo_stack.count() == steps + 4, "there is no third joint"
+    assert posed.undo_stack.count == steps + 4, "there is no third joint"
 
 
 def test_bending_outside_pose_mode_says_how(session: Session, messages: list[str]) -> None:
@@ -268,9 +268,9 @@ def test_sliders_preview_an_angle_and_keep_the_others(posed: Session) -> None:
     posed.preview_angle("theta2", 50.0)
     assert posed.tool_pose is not None
     assert posed.tool_pose.angles_deg == {"theta1": -20.0, "theta2": 50.0}
-    steps = posed.undo_stack.count()
+    steps = posed.undo_stack.count
     posed.keep_draft()
-    assert posed.undo_stack.count() == steps + 1
+    assert posed.undo_stack.count == steps + 1
 
 
 def test_clicks_place_nothing(posed: Session, messages: list[str]) -> None:
@@ -348,7 +348,7 @@ def test_unseen_keypoints_are_filled_in_and_never_as_placed(session: Session, me
     assert filled.source == "fitted"
     assert filled.state == "out_of_view", "the tool is larger than the small volume"
     assert filled.position_um == pytest.approx(truth_um["k4"], abs=1.0)
-    assert session.undo_stack.undoText() == "Fill in from the fit"
+    assert session.undo_stack.undo_text == "Fill in from the fit"
     assert messages[-1] == "Filled in k4"
     session.fill_in()
     assert "Nothing to fill in" in messages[-1]
@@ -415,9 +415,9 @@ def test_the_other_solution_is_taken_as_one_edit(session: Session) -> None:
     assert fit is not None
     assert len(fit.alternatives) == 1
     session.take_alternative(1)
-    assert session.undo_stack.count() == 4
+    assert session.undo_stack.count == 4
     session.take_alternative(0)
-    assert session.undo_stack.count() == 5
+    assert session.undo_stack.count == 5
     assert_same(session.settled_pose, fit.alternatives[0])
 
 
@@ -453,7 +453,7 @@ def refiner(monkeypatch: pytest.MonkeyPatch) -> Refiner:
 def test_a_refinement_is_a_proposal_that_is_accepted_as_one_edit(
     qtbot: QtBot, posed: Session, refiner: Refiner, messages: list[str]
 ) -> None:
-    before, steps = posed.document, posed.undo_stack.count()
+    before, steps = posed.document, posed.undo_stack.count
     posed.refine()
     assert posed.is_refining
     refiner.go_on.set()
@@ -466,7 +466,7 @@ def test_a_refinement_is_a_proposal_that_is_accepted_as_one_edit(
     assert [solid.kind for solid in posed.solids()].count("proposal") == 3
     posed.accept_refinement()
     assert posed.view.refinement is None
-    assert posed.undo_stack.count() == steps + 1
+    assert posed.undo_stack.count == steps + 1
     assert {part.source for part in posed.document.parts} == {"refined"}  # type: ignore[union-attr]
     assert posed.settled_pose is refiner.result.pose  # type: ignore[union-attr]
     posed.undo_stack.undo()

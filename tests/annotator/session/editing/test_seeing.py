@@ -227,7 +227,7 @@ def test_any_change_of_finished_work_is_marked_and_stays_so(
         changes[change]()
     # Before anything is saved, and whatever is done about it.
     assert on_disk(annas).reopened is not None
-    while annas.undo_stack.canUndo():
+    while annas.undo_stack.can_undo:
         annas.undo()
     annas.close_volume()
     assert load_annotation(annas.items[place_of(annas, "first")].annotation_path)[0].reopened is not None
@@ -291,7 +291,7 @@ def test_a_file_that_cannot_be_written_gets_the_mark_with_the_next_save(
     path.write_text(path.read_text() + "\n")
     annas.place(POSITION_UM)
     annas.undo()
-    assert annas.undo_stack.isClean()
+    assert annas.undo_stack.is_clean
     assert annas.unsaved
     assert annas.save(overwrite=True)
     assert on_disk(annas).reopened is not None
