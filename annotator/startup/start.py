@@ -17,6 +17,7 @@ from annotator.settings import Settings
 from annotator.startup.crash_log import CrashLog
 from annotator.startup.freed_memory import FreedMemory
 from annotator.startup.garbage import GarbageCollection
+from annotator.startup.heap import share_heap
 from annotator.startup.termination import Termination
 from annotator.window.main_window import MainWindow
 
@@ -33,6 +34,7 @@ def make_application() -> QApplication:
     # For so long a thread that computes keeps the interpreter to itself when the window asks for it, which is
     # after each call of Qt's: with Python's own 5 ms the window stood still while a report was made.
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
+    share_heap()
     application = QApplication(sys.argv[:1])
     application.setApplicationName("oct-annotator")
     application.setApplicationDisplayName("OCT Annotator")

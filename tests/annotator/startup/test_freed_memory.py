@@ -39,7 +39,3 @@ def test_memory_is_kept_where_another_volume_is_opened(qtbot, session, monkeypat
     assert not kept._timer.isActive()
     assert given_back == []
     kept.deleteLater()
-
-
-def test_the_heap_can_be_trimmed_here():
-    freed_memory._trim_heap()
