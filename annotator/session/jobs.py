@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Literal, TypeVar
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from annotations.errors import Cancelled
 
@@ -15,6 +15,9 @@ from annotations.errors import Cancelled
 _THREADS = 3
 # A slab or a slice is read well within this; what takes longer is given up.
 _PATIENCE_S = 2.0
+WHEN_SHOWN_MS = 30
+"""Until the window has shown what a person did: it wants Python's lock back after each call that paints."""
+
 # A bar that moves more often is no smoother, and drawing it takes the time from the first pictures.
 _PROGRESS_EVERY_S = 0.1
 
@@ -97,11 +100,13 @@ class Jobs(QObject):
         failed: Callable[[Exception], None],
         cancelled: Callable[[], None] | None = None,
         shown: bool = True,
+        delay_ms: int = 0,
     ) -> Job:
         """Run ``work(progress, cancelled)`` in a thread; progress is announced ten times a second at most.
 
-        Then, in this object's thread, ``done(result)`` or ``failed(exception)`` is called, or for a job that
-        was cancelled, ``cancelled()``.
+        It begins after the delay, as soon as a thread is free; in ``running`` it is at once. Then, in this
+        object's thread, ``done(result)`` or ``failed(exception)`` is called, or for a job that was cancelled,
+        ``cancelled()``.
         """
         job = Job(title, shown)
         self._running.append(job)
@@ -130,7 +135,10 @@ class Jobs(QObject):
             else:
                 self._deliver(lambda: self._end(job, "done", lambda: done(result), cancelled))
 
-        self._waiting.put(run)
+        if delay_ms:
+            QTimer.singleShot(delay_ms, self, lambda: self._waiting.put(run))
+        else:
+            self._waiting.put(run)
         return job
 
     def cancel(self, job: Job) -> None:

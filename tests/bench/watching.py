@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from annotations.prediction.checkpoint import load_checkpoint
 from annotations.prediction.shipped import shipped_checkpoint
 from tests.bench.annotated_study import write_annotated_study
 from tests.bench.driven_window import DrivenWindow
@@ -51,11 +50,13 @@ def watch_loading(watching: Watching, driven: DrivenWindow, folder: Path) -> Non
 
 
 def watch_predictions(watching: Watching, driven: DrivenWindow) -> None:
-    """Predict the two volumes that are open, with the checkpoint that ships."""
-    predicting = driven.session.predicting
+    """Load the checkpoint that ships, and predict the two volumes that are open with it."""
+    session, predicting = driven.session, driven.session.predicting
     path = shipped_checkpoint("magnetic-forceps")
     assert path is not None
-    predicting.load(load_checkpoint(path))
+    # This window asks nobody whether to use it.
+    session.checkpoints.opened.connect(predicting.load)
+    watching.do("load_checkpoint", lambda: session.open_path(path), lambda: bool(predicting.checkpoints))
     for name, index in (("predict_first", 0), ("predict_again", 1)):
         watching.do(
             name,

@@ -15,7 +15,7 @@ from annotations.errors import UserError
 from annotator.session.agreement.calibrating import annotated_folder
 from annotator.session.agreement.opinion_watch import FileMarks, file_marks
 from annotator.session.files.saving import SessionSaving
-from annotator.session.jobs import Job
+from annotator.session.jobs import WHEN_SHOWN_MS, Job
 from annotator.session.remembered import Remembered
 from annotator.session.volumes.worklist import NAMELESS, WorkItem
 
@@ -217,6 +217,7 @@ class Agreeing(QObject):
             done=lambda made: self._take(*made, folder),
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
+            delay_ms=WHEN_SHOWN_MS,
         )
         self.changed.emit()
 

@@ -105,7 +105,8 @@ def _read(path: Path) -> "Checkpoint":
     from annotations.prediction.checkpoint import load_checkpoint  # late: few sessions open one
 
     # What whoever uses it needs next: the window does not wait for it.
-    importlib.import_module("annotations.prediction.errors.study_errors")
+    for name in ("annotations.prediction.errors.study_errors", "annotations.prediction.inference_process"):
+        importlib.import_module(name)
     return load_checkpoint(path)
 
 

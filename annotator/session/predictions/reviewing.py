@@ -10,7 +10,7 @@ from annotations.errors import UserError
 from annotator.session.agreement.agreeing import Agreeing, subject_of
 from annotator.session.agreement.opinion_watch import file_marks
 from annotator.session.files.saving import SessionSaving
-from annotator.session.jobs import Job
+from annotator.session.jobs import WHEN_SHOWN_MS, Job
 from annotator.session.predictions.predicting import Predicting
 from annotator.session.predictions.review import Review, changed_review, computed_review, review_marks
 from annotator.session.remembered import Remembered
@@ -317,6 +317,7 @@ class Reviewing(QObject):
             done=self._take,
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
+            delay_ms=WHEN_SHOWN_MS,
         )
         self.changed.emit()
 

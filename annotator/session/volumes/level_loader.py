@@ -15,7 +15,7 @@ from annotations.volumes import (
     averaged_level,
     detail_block,
 )
-from annotator.session.jobs import Job, Jobs
+from annotator.session.jobs import WHEN_SHOWN_MS, Job, Jobs
 
 # A link's end and what is around it, and along the light so much that its surface, half its 4 mm of thickness
 # away from a keypoint on its axis, is in there: 10 million voxels of the full volume.
@@ -76,7 +76,11 @@ class LevelLoader(QObject):
             return level.ready_to_draw()
 
         self._averaged_job = self._jobs.start(
-            "Averaging the volume", work, done=self._on_job_averaged, failed=self.averaged_failed.emit
+            "Averaging the volume",
+            work,
+            done=self._on_job_averaged,
+            failed=self.averaged_failed.emit,
+            delay_ms=WHEN_SHOWN_MS,
         )
 
     def load_detail(self, volume: Volume, spacing_um: Vector, centre_um: Vector) -> None:

@@ -1,6 +1,7 @@
 """Background work: results in the right thread, progress, cancelling, failures."""
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -97,3 +98,51 @@ def test_closing_stops_work_and_takes_no_more_results(qtbot: QtBot) -> None:
     assert jobs.running == ()
     qtbot.wait(0)
     assert delivered == []
+
+
+def test_a_delayed_job_is_running_at_once_and_works_later(qtbot: QtBot, jobs: Jobs) -> None:
+    began: list[float] = []
+    asked = time.monotonic()
+    job = jobs.start(
+        "Later",
+        lambda _progress, _cancelled: began.append(time.monotonic()),
+        done=lambda _none: None,
+        failed=fail,
+        delay_ms=60,
+    )
+    assert jobs.running == (job,)
+    qtbot.waitUntil(lambda: not jobs.running)
+    # Timers of Qt are a millisecond early at most.
+    assert began[0] - asked > 0.055
+    assert job.state == "done"
+
+
+def test_a_job_that_is_cancelled_before_it_begins_never_does(qtbot: QtBot, jobs: Jobs) -> None:
+    heard: list[str] = []
+    job = jobs.start(
+        "Never",
+        lambda _progress, _cancelled: heard.append("worked"),
+        done=lambda _none: heard.append("done"),
+        failed=fail,
+        cancelled=lambda: heard.append("cancelled"),
+        delay_ms=20,
+    )
+    jobs.cancel(job)
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert heard == ["cancelled"]
+
+
+def test_nothing_begins_after_closing(qtbot: QtBot) -> None:
+    jobs = Jobs()
+    worked: list[str] = []
+    jobs.start(
+        "Never",
+        lambda _progress, _cancelled: worked.append("worked"),
+        done=lambda _none: worked.append("done"),
+        failed=fail,
+        delay_ms=10,
+    )
+    jobs.close()
+    qtbot.wait(40)
+    assert worked == []
+    assert jobs.running == ()

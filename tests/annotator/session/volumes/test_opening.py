@@ -328,10 +328,11 @@ def test_the_level_of_a_volume_that_was_left_is_given_up(
     other = volume_path.with_name("v002.npy")
     np.save(other, np.full_like(np.load(volume_path), 90))
     shutil.copy(sidecar_path(volume_path), sidecar_path(other))
-    given_up = threading.Event()
+    begun, given_up = threading.Event(), threading.Event()
 
     def average(volume: Volume, spacing_um: Vector, **options: Any) -> Level:
         if volume.path == volume_path:
+            begun.set()
             while not options["cancelled"]():
                 given_up.wait(0.001)
             given_up.set()
@@ -341,6 +342,7 @@ def test_the_level_of_a_volume_that_was_left_is_given_up(
     monkeypatch.setattr(level_loader, "averaged_level", average)
     open_and_wait(qtbot, empty_session, volume_path)
     assert empty_session.slice_level is not None
+    qtbot.waitUntil(begun.is_set)
     open_and_wait(qtbot, empty_session, other)
     qtbot.waitUntil(lambda: not empty_session.jobs.running)
     assert given_up.is_set()
