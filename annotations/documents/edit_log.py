@@ -7,6 +7,11 @@ from annotations.documents.annotation import Annotation
 from annotations.documents.record import Difference, amended, differences
 
 
+def packed_edit(text: str, before: Annotation, after: Annotation) -> bytes:
+    """Return an edit for an `EditLog`: what it is called, and what differs before and after it."""
+    return pickle.dumps((text, differences(before, after)))
+
+
 class EditLog:
     """Keeps what each edit changed, as it was and as it is, and gives back exactly that.
 
@@ -21,9 +26,9 @@ class EditLog:
     def __len__(self) -> int:
         return len(self._ends)
 
-    def append(self, text: str, before: Annotation, after: Annotation) -> None:
-        """Write an edit down by the documents before and after it; ``text`` is what it is called."""
-        self._block += pickle.dumps((text, differences(before, after)))
+    def append(self, edit: bytes) -> None:
+        """Write an edit down, which `packed_edit` has made ready."""
+        self._block += edit
         self._ends.append(len(self._block))
 
     def cut(self, length: int) -> None:

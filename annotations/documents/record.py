@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
-from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
@@ -74,12 +73,7 @@ def changed(record: R, **fields: Any) -> R:
     """Return a copy of a record with some fields changed, validated as if it were read from a file."""
     kind = type(record)
     values = {name: getattr(record, name) for name in kind.model_fields}
-    copy = kind(**(values | fields))
-    # Pydantic notes for each record which of its fields were given; here they all are. One note for all of
-    # them: thousands of documents are kept to be undone, and half of what each takes were its notes. Nobody
-    # may change it in place; pydantic itself copies it.
-    object.__setattr__(copy, "__pydantic_fields_set__", _all_fields(kind))
-    return copy
+    return kind(**(values | fields))
 
 
 class Difference(NamedTuple):
@@ -130,8 +124,3 @@ def _differences_in(name: str, before: Any, after: Any) -> Iterator[Difference]:
                 yield Difference(name, place, was, is_now)
     else:
         yield Difference(name, None, before, after)
-
-
-@cache
-def _all_fields(kind: type[Record]) -> set[str]:
-    return set(kind.model_fields)

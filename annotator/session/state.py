@@ -106,7 +106,7 @@ class SessionState(QObject):
         self._read_only_reason = ""
         self._more_follows = False
         self.jobs = Jobs(self)
-        self.undo_stack = UndoStack(self._amend, self)
+        self.undo_stack = UndoStack(lambda: self._document, self._show_document, self)
         self.undo_stack.clean_changed.connect(self._on_undo_stack_clean_changed)
         self._autosave = Autosave(options.autosave_s, self)
         self._autosave.failed.connect(self.report)
@@ -365,10 +365,6 @@ class SessionState(QObject):
         if not wanted.is_anything_on_its_way or not self._is_refused():
             return wanted
         return replace(wanted, preview=None, draft=None, first_end_um=None, refinement=None)
-
-    def _amend(self, edit: Callable[[Annotation], Annotation]) -> None:
-        if self._document is not None:
-            self._show_document(edit(self._document))
 
     def _show_document(self, document: Annotation) -> None:
         before, self._document = self._document, document

@@ -7,7 +7,7 @@ _M_ARENA_MAX = -8
 
 
 def share_heap() -> None:
-    """Let all threads take from one heap, as long as they are few.
+    """Let all threads take from one heap. To be called before they begin: one that has its own keeps it.
 
     Else each gets one of its own, and what a slice took is free in the heap of the thread that read it: no
     other uses it, and `trim_heap` gives none of it back where it lies at that heap's end.

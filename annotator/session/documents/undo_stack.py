@@ -1,14 +1,11 @@
 """The undo stack: the edits of the open document, each of which can be taken back and made again."""
 
 from collections.abc import Callable
-from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
 from annotations.documents.annotation import Annotation
-from annotations.documents.edit_log import EditLog
-
-Amend = Callable[[Callable[[Annotation], Annotation]], None]
+from annotations.documents.edit_log import EditLog, packed_edit
 
 
 class UndoStack(QObject):
@@ -18,17 +15,32 @@ class UndoStack(QObject):
 
     Parameters
     ----------
-    amend : callable
-        The session's way to put another document in the present one's place; it is called with what makes the
-        one of the other. As long as it has not returned, all properties are those before the change.
+    present : callable
+        Returns the open document, or None.
+    show : callable
+        Puts another one in its place. As long as it has not returned, all properties are those before the
+        change; whatever error it ends with, after it they are those of the document that is there now.
+
+    Signals
+    -------
+    index_changed
+        ``index`` changed, and with it what can be undone. Whoever calls `clear` tells of it by itself.
+    clean_changed
+        ``is_clean`` changed.
     """
 
     index_changed = Signal()
     clean_changed = Signal()
 
-    def __init__(self, amend: Amend, parent: QObject | None = None) -> None:
+    def __init__(
+        self,
+        present: Callable[[], Annotation | None],
+        show: Callable[[Annotation], None],
+        parent: QObject | None = None,
+    ) -> None:
         super().__init__(parent)
-        self._amend = amend
+        self._present = present
+        self._show = show
         self._edits = EditLog()
         self._index = 0
         self._clean_index: int | None = 0
@@ -72,28 +84,38 @@ class UndoStack(QObject):
 
     def push(self, text: str, before: Annotation, after: Annotation) -> None:
         """Make an edit of the document; what could have been made again is forgotten."""
-        self._amend(lambda _: after)
-        is_clean_forgotten = self._clean_index is not None and self._clean_index > self._index
-        self._edits.cut(self._index)
-        self._edits.append(text, before, after)
-        self._be_at(self._index + 1, None if is_clean_forgotten else self._clean_index)
+        edit = packed_edit(text, before, after)
+        try:
+            self._show(after)
+        finally:
+            is_clean_forgotten = self._clean_index is not None and self._clean_index > self._index
+            self._edits.cut(self._index)
+            self._edits.append(edit)
+            self._be_at(self._index + 1, None if is_clean_forgotten else self._clean_index)
 
     def undo(self) -> None:
         """Take the last edit back, if there is one."""
-        if self.can_undo:
-            self._amend(partial(self._edits.undone, self._index - 1))
-            self._be_at(self._index - 1, self._clean_index)
+        document = self._present()
+        if document is not None and self.can_undo:
+            index = self._index - 1
+            self._go_to(index, self._edits.undone(index, document))
 
     def redo(self) -> None:
         """Make the edit again that was taken back last, if there is one."""
-        if self.can_redo:
-            self._amend(partial(self._edits.redone, self._index))
-            self._be_at(self._index + 1, self._clean_index)
+        document = self._present()
+        if document is not None and self.can_redo:
+            self._go_to(self._index + 1, self._edits.redone(self._index, document))
 
     def clear(self) -> None:
         """Forget all edits, as another document is open or none; what is open is in its file."""
         self._edits.cut(0)
         self._be_at(0, 0)
+
+    def _go_to(self, index: int, document: Annotation) -> None:
+        try:
+            self._show(document)
+        finally:
+            self._be_at(index, self._clean_index)
 
     def _be_at(self, index: int, clean_index: int | None) -> None:
         before, was_clean = self._index, self.is_clean

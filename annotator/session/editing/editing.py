@@ -21,7 +21,7 @@ from annotator.session.viewing.view import Layer, Mode, Preview
 class SessionEditing(SessionBody):
     """Edits of keypoints, and what keypoints and boxes have in common; refusals come as messages.
 
-    Each edit is pure and one undo command. `SessionBoxes` adds those of boxes, `SessionPosing` those of the
+    Each edit is pure and one step of undo. `SessionBoxes` adds those of boxes, `SessionPosing` those of the
     tool as a whole.
     """
 

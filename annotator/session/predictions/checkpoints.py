@@ -1,6 +1,7 @@
 """The session's checkpoints: what one is, and a new one of the weights that a training left."""
 
 import importlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,7 +77,7 @@ class Checkpoints(QObject):
             return
         self._job = self._session.jobs.start(
             f"Making {output.name}",
-            lambda _progress, cancelled: converted(weights_path, output, cancelled),
+            lambda _progress, cancelled: _made(weights_path, output, cancelled),
             done=self._on_job_done,
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
@@ -104,10 +105,19 @@ class Checkpoints(QObject):
 def _read(path: Path) -> "Checkpoint":
     from annotations.prediction.checkpoint import load_checkpoint  # late: few sessions open one
 
-    # What whoever uses it needs next: the window does not wait for it.
+    _prepare_use()
+    return load_checkpoint(path)
+
+
+def _made(weights_path: Path, output: Path, cancelled: Callable[[], bool]) -> "Checkpoint":
+    _prepare_use()
+    return converted(weights_path, output, cancelled)
+
+
+def _prepare_use() -> None:
+    # What whoever uses a checkpoint needs next: the window does not wait for it.
     for name in ("annotations.prediction.errors.study_errors", "annotations.prediction.inference_process"):
         importlib.import_module(name)
-    return load_checkpoint(path)
 
 
 def _found_weights(path: Path) -> Path:

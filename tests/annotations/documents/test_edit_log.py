@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from annotations.documents import edits
 from annotations.documents.annotation import Annotation
-from annotations.documents.edit_log import EditLog
+from annotations.documents.edit_log import EditLog, packed_edit
 from annotations.documents.provenance import Contribution
 from annotations.documents.record import changed
 
@@ -27,7 +27,7 @@ def steps(document: Annotation) -> list[Annotation]:
 def log(steps: list[Annotation]) -> EditLog:
     log = EditLog()
     for number, (before, after) in enumerate(pairwise(steps)):
-        log.append(f"step {number}", before, after)
+        log.append(packed_edit(f"step {number}", before, after))
     return log
 
 
@@ -56,7 +56,7 @@ def test_edits_that_were_cut_are_forgotten(log: EditLog, steps: list[Annotation]
     assert len(log) == 5
     log.cut(2)
     assert len(log) == 2
-    log.append("another", steps[2], steps[0])
+    log.append(packed_edit("another", steps[2], steps[0]))
     assert (len(log), log.text(1), log.text(2)) == (3, "step 1", "another")
     assert log.redone(2, steps[2]) == steps[0]
     log.cut(0)
@@ -72,6 +72,6 @@ def test_there_are_no_other_edits(log: EditLog, steps: list[Annotation], index: 
 @given(st.from_type(Annotation), st.from_type(Annotation))
 def test_whatever_two_documents_differ_in_is_given_back(before: Annotation, after: Annotation) -> None:
     log = EditLog()
-    log.append("all", before, after)
+    log.append(packed_edit("all", before, after))
     assert log.undone(0, after) == before
     assert log.redone(0, before) == after

@@ -1,5 +1,7 @@
 """The comparison of annotators in the session: who may see it, and what of it is shown."""
 
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from annotations.documents.study import StudyError, ViewingRules, annotation_pat
 from annotations.errors import Cancelled
 from annotator.session import Session
 from annotator.session.agreement import agreeing as agreeing_module
+from annotator.session.jobs import WHEN_SHOWN_MS
 from annotator.session.options import SessionOptions
 from tests.annotator.compared_study import IDS, WORST, write_compared
 from tests.annotator.conftest import open_and_wait
@@ -94,9 +97,10 @@ def test_cancelled_it_leaves_the_last_one(
     qtbot: QtBot, rita: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compute(qtbot, rita)
-    before = rita.agreeing.result
+    before, begun = rita.agreeing.result, threading.Event()
 
     def endless(*arguments: object) -> None:
+        begun.set()
         cancelled = arguments[-1]
         assert callable(cancelled)
         while not cancelled():
@@ -106,10 +110,27 @@ def test_cancelled_it_leaves_the_last_one(
     monkeypatch.setattr(agreeing_module, "_compared", endless)
     rita.agreeing.compute()
     assert rita.agreeing.is_computing
+    qtbot.waitUntil(begun.is_set)
     rita.agreeing.cancel()
     qtbot.waitUntil(lambda: not rita.agreeing.is_computing)
 
     assert rita.agreeing.result is before
+
+
+def test_it_begins_when_the_window_has_shown_it(
+    qtbot: QtBot, rita: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked_s, began_s = time.monotonic(), []
+
+    def compared(*arguments: object) -> object:
+        began_s.append(time.monotonic())
+        return real(*arguments)
+
+    real = agreeing_module._compared
+    monkeypatch.setattr(agreeing_module, "_compared", compared)
+    compute(qtbot, rita)
+    # Timers of Qt are a millisecond early at most.
+    assert began_s[0] - asked_s > (WHEN_SHOWN_MS - 1) / 1000
 
 
 def test_an_edit_while_it_computes_makes_it_stale(qtbot: QtBot, rita: Session) -> None:

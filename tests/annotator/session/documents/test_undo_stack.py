@@ -20,15 +20,17 @@ class Document:
         )
         tool = next(iter(find_tools(()).values()))
         self.present = new_annotation(reference, tool, "anna", "keypoints", ships=True)
-        self.stack = UndoStack(self.amend)
+        self.stack = UndoStack(lambda: self.present, self.show)
+        self.then: Callable[[], None] = lambda: None
         self.seen: list[tuple[int, bool]] = []
         self.heard: list[str] = []
         self.stack.index_changed.connect(lambda: self.heard.append("index"))
         self.stack.clean_changed.connect(lambda: self.heard.append("clean"))
 
-    def amend(self, edit: Callable[[Annotation], Annotation]) -> None:
+    def show(self, document: Annotation) -> None:
         self.seen.append((self.stack.index, self.stack.is_clean))
-        self.present = edit(self.present)
+        self.present = document
+        self.then()
 
     def place(self, position: float) -> None:
         after = edits.place_keypoint(self.present, "k0", (position, 0.0, 0.0), "typed")
@@ -128,3 +130,49 @@ def test_what_changed_is_said_once_and_after_the_document(edited: Document) -> N
     stack.clear()
     # The edits that could have been made again went, but where the document is did not change.
     assert edited.heard == []
+
+
+def test_a_document_that_changed_is_never_called_saved(edited: Document) -> None:
+    def fail() -> None:
+        raise RuntimeError("a view's own mistake")
+
+    stack = edited.stack
+    edited.place(1)
+    stack.set_clean()
+    edited.then = fail
+    with pytest.raises(RuntimeError, match="own mistake"):
+        edited.place(2)
+    assert (edited.position, stack.index, stack.is_clean) == (2, 2, False)
+    with pytest.raises(RuntimeError, match="own mistake"):
+        stack.undo()
+    assert (edited.position, stack.index, stack.is_clean) == (1, 1, True)
+    with pytest.raises(RuntimeError, match="own mistake"):
+        stack.redo()
+    assert (edited.position, stack.index, stack.is_clean, stack.undo_text) == (2, 2, False, "Type 2")
+
+
+@pytest.mark.parametrize("step", ["push", "undo", "redo"])
+def test_an_edit_while_another_one_is_shown_leaves_no_index_without_an_edit(
+    edited: Document, step: str
+) -> None:
+    stack = edited.stack
+    for position in (1, 2, 3):
+        edited.place(position)
+    stack.undo()
+
+    def edit_once() -> None:
+        edited.then = lambda: None
+        edited.place(9)
+
+    edited.then = edit_once
+    if step == "push":
+        edited.place(4)
+    else:
+        getattr(stack, step)()
+    assert edited.position == 9
+    assert 0 <= stack.index <= stack.count
+    assert not stack.is_clean
+    assert all((stack.undo_text or not stack.can_undo, stack.redo_text or not stack.can_redo))
+    while stack.can_undo:
+        stack.undo()
+    assert edited.position is None
