@@ -11,6 +11,7 @@ from typing import IO, Any, Self
 
 import numpy as np
 
+from annotations.volumes.mapped_file import MappedFile
 from annotations.volumes.volume import Array, Region, Shape, Storage, VolumeError, closed
 
 _GAP_BYTES = 16 << 10
@@ -53,8 +54,8 @@ class MappedStorage(Storage):
 
     Parameters
     ----------
-    mapped : mmap.mmap
-        The whole file, for reading.
+    mapped : MappedFile
+        The whole file.
     file : _OpenFile
         The same file.
     dtype, shape, offset, fortran_order
@@ -63,7 +64,7 @@ class MappedStorage(Storage):
 
     def __init__(
         self,
-        mapped: mmap.mmap,
+        mapped: MappedFile,
         file: _OpenFile,
         dtype: np.dtype[Any],
         shape: Shape,
@@ -71,7 +72,7 @@ class MappedStorage(Storage):
         fortran_order: bool,
     ) -> None:
         array: Array = np.ndarray(shape, dtype, mapped, offset, order="F" if fortran_order else "C")
-        self._open: tuple[mmap.mmap, Array] | None = (mapped, array)
+        self._open: tuple[MappedFile, Array] | None = (mapped, array)
         self._file: _OpenFile | None = file
         self._offset = offset
 
@@ -101,7 +102,7 @@ class MappedStorage(Storage):
                 where=where,
                 remedy="Copy or export it again",
             )
-        mapped = mmap.mmap(stream.fileno(), needed, access=mmap.ACCESS_READ)
+        mapped = MappedFile.of_stream(stream, needed)
         return cls(mapped, _OpenFile(stream), dtype, shape, offset, fortran_order)
 
     def read(self, region: Region) -> Array:

@@ -160,6 +160,9 @@ class Jobs(QObject):
     def _work(self) -> None:
         while (run := self._waiting.get()) is not None:
             run()
+            # Or a thread that waits would hold what the work did, a whole volume, and let it go only when the
+            # next begins: as long as that takes, the next would wait.
+            del run
 
     def _deliver(self, call: Callable[[], None]) -> None:
         if not self._closed:

@@ -2,6 +2,7 @@
 
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -146,3 +147,17 @@ def test_nothing_begins_after_closing(qtbot: QtBot) -> None:
     qtbot.wait(40)
     assert worked == []
     assert jobs.running == ()
+
+
+def test_a_thread_that_waits_holds_on_to_nothing(qtbot: QtBot, jobs: Jobs) -> None:
+    class Volume:
+        pass
+
+    def start() -> weakref.ref[Volume]:
+        volume = Volume()
+        jobs.start("Read", lambda _progress, _cancelled: volume, done=lambda _volume: None, failed=fail)
+        return weakref.ref(volume)
+
+    held = start()
+    qtbot.waitUntil(lambda: not jobs.running)
+    qtbot.waitUntil(lambda: held() is None)
