@@ -36,7 +36,10 @@ STUDIES = (10, 100, 1000)
 _COLD_TIMES = 3
 _COMPARED_VOLUMES = 100
 _GROWTH_TIMES = 7
-_EMPTY, _LARGER = "empty", "empty, × 4"
+_GROWTH_ROUNDS = {
+    "rounds": ("empty", "empty, × 4"),
+    "rounds_of_single_pages": ("empty, single pages", "empty, × 4, single pages"),
+}
 _GROWTH = tuple(
     Comparison(f"open to {name.replace('_', ' ')}", f"open_to_{name}_ms", f"open_to_{name}_ms")
     for name in ("first_slice", "first_3d_frame", "finest_level", "rest")
@@ -52,8 +55,8 @@ class Benchmark:
         By step.
     own, peers : list
         The figures of each round.
-    empty, larger : list
-        Of opening an empty volume, and one four times as large.
+    growth : dict
+        Of opening an empty volume, and one four times as large: the two names, and what each round took.
     failed : list of str
         The steps that ended with an error.
     """
@@ -64,8 +67,7 @@ class Benchmark:
         self.results: dict[str, Any] = {}
         self.own: list[dict[str, Any]] = []
         self.peers: list[dict[str, Any]] = []
-        self.empty: list[dict[str, Any]] = []
-        self.larger: list[dict[str, Any]] = []
+        self.growth: dict[tuple[str, str], list[tuple[dict[str, Any], dict[str, Any]]]] = {}
         self.failed: list[str] = []
         self._starts: dict[str, Any] = {}
         self._temporary = tempfile.TemporaryDirectory(prefix="oct-annotator-bench-")
@@ -125,10 +127,13 @@ class Benchmark:
             _say(f"{name} of the volume")
             request = Request("window", part(self._volume, folder, name), max(4, self._options.times // 4))
             found[name] = self._run(request)
-        for empty, larger in self._step("growth", times=_GROWTH_TIMES).get("rounds", ()):
-            self.empty.append(empty)
-            self.larger.append(larger)
-        return found | {_EMPTY: medians(self.empty), _LARGER: medians(self.larger)}
+        grown = self._step("growth", times=_GROWTH_TIMES)
+        self.growth = {names: grown[rounds] for rounds, names in _GROWTH_ROUNDS.items() if rounds in grown}
+        for names, rounds in self.growth.items():
+            found |= {
+                name: medians(each) for name, each in zip(names, zip(*rounds, strict=True), strict=True)
+            }
+        return found
 
     def _step(self, step: str, *, times: int = 1, count: int = 0) -> dict[str, Any]:
         return self._run(Request(step, self._volume, times, count))
@@ -175,13 +180,16 @@ def main() -> int:
         benchmark = Benchmark(options)
         benchmark.run()
     found = ratios(COMPARISONS, benchmark.own, benchmark.peers) if benchmark.own and benchmark.peers else []
-    grown = ratios(_GROWTH, benchmark.larger, benchmark.empty)
+    grown = {
+        names: ratios(_GROWTH, [larger for _, larger in rounds], [empty for empty, _ in rounds])
+        for names, rounds in benchmark.growth.items()
+    }
     results = {"machine": machine(options.volume, benchmark.own), **benchmark.results}
     text = page(results, found, grown)
     sys.stdout.write(text)
     if options.json is not None:
         results["ratios"] = [asdict(ratio) for ratio in found]
-        results["growth"] = [asdict(ratio) for ratio in grown]
+        results["growth"] = {larger: [asdict(each) for each in found] for (_, larger), found in grown.items()}
         options.json.write_text(json.dumps(results, indent=1) + "\n")
     if options.markdown is not None:
         write_page(options.markdown, text)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from annotator.startup import toolkit
 from tests.bench.figures import Figures, anonymous_mib, peak_mib
 from tests.bench.starting import environment_of_nobody
-from tests.bench.volumes import empty_volume, placed, read_once
+from tests.bench.volumes import empty_volume, forget_pages, placed, read_once
 
 if TYPE_CHECKING:
     from tests.bench.driven_window import DrivenWindow
@@ -98,7 +98,10 @@ def _opening(request: Request, folder: Path) -> Result:
 
 
 def _growth(request: Request, folder: Path) -> Result:
-    """The opening of an empty volume as large as the given one, and of one twice as large along two axes."""
+    """The opening of an empty volume as large as the given one, and of one twice as large along two axes.
+
+    With their pages in memory as the system reads them, many in one piece, and each by itself.
+    """
     from annotations.volumes import open_volume
     from tests.bench.growth import measure_growth
 
@@ -106,19 +109,24 @@ def _growth(request: Request, folder: Path) -> Result:
         x, y, z = volume.shape
     larger = empty_volume(folder / "larger.npy", (2 * x, 2 * y, z))
     empty = empty_volume(folder / "empty.npy", (x, y, z))
-    for path in (larger, empty):
-        # Else they would differ by what has to come from the disk.
-        read_once(path)
     with _driven(folder) as driven:
         paths = placed(empty, folder / "volume"), placed(larger, folder / "larger")
-        return {"rounds": measure_growth(driven, paths, request.times)}
+        # Else they would differ by what has to come from the disk.
+        for path in (larger, empty):
+            read_once(path)
+        found: Result = {"rounds": measure_growth(driven, paths, request.times)}
+        if sys.platform == "linux":
+            for path in (larger, empty):
+                forget_pages(path)
+                read_once(path, in_single_pages=True)
+            found["rounds_of_single_pages"] = measure_growth(driven, paths, request.times)
+    return found
 
 
 def _cold(request: Request, folder: Path) -> Result:
     """Opening and slices with none of the file in memory."""
     from tests.bench.opening import measure_opening
     from tests.bench.scrolling import measure_cold_slices
-    from tests.bench.volumes import forget_pages
 
     with _driven(folder) as driven:
         path = placed(request.volume, folder / "volume")

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from tests.bench.ratios import Ratio
@@ -15,7 +16,11 @@ Rows = Sequence[Sequence[str]]
 _SHOWN_STEPS = 3
 
 
-def page(results: Mapping[str, Any], found: Sequence[Ratio], grown: Sequence[Ratio] = ()) -> str:
+def page(
+    results: Mapping[str, Any],
+    found: Sequence[Ratio],
+    grown: Mapping[tuple[str, str], Sequence[Ratio]] = MappingProxyType({}),
+) -> str:
     """Return everything that was measured.
 
     Parameters
@@ -24,8 +29,8 @@ def page(results: Mapping[str, Any], found: Sequence[Ratio], grown: Sequence[Rat
         As in the JSON file: ``machine``, and for each step its figures.
     found : sequence of Ratio
         Ours over the peer's.
-    grown : sequence of Ratio
-        A volume four times as large over another.
+    grown : mapping
+        From the names of a volume and of one four times as large to the ratios of the second to the first.
     """
     machine = results["machine"]
     shape = " × ".join(map(str, machine["shape"]))
@@ -41,8 +46,8 @@ def page(results: Mapping[str, Any], found: Sequence[Ratio], grown: Sequence[Rat
     for step, title in (("sizes", "### By the size of the volume"), ("studies", "### By volumes in a study")):
         if step in results:
             parts += [title, "", _figures_table(results[step])]
-        if step == "sizes" and grown:
-            parts += [_ratio_table(grown, "empty, × 4", "empty")]
+        if step == "sizes":
+            parts += [_ratio_table(each, larger, empty) for (empty, larger), each in grown.items()]
     if "watch" in results:
         parts += ["### Loading, comparing and predicting", "", _figures_table({"": results["watch"]})]
     if "watches" in results:

@@ -108,7 +108,13 @@ def pages_in_memory(path: Path) -> float:
     return found / _PROBES
 
 
-def read_once(path: Path) -> None:
-    """Bring a file's pages into memory."""
+def read_once(path: Path, *, in_single_pages: bool = False) -> None:
+    """Bring a file's pages into memory.
+
+    Where memory is whole the system keeps many of them in one piece, and maps them at once; where it is in
+    pieces, or where it is told that the file is read here and there, each by itself (Linux).
+    """
     with path.open("rb", buffering=0) as file, Path(os.devnull).open("wb") as nowhere:
+        if in_single_pages:
+            os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_RANDOM)
         shutil.copyfileobj(file, nowhere, 2**24)
