@@ -55,7 +55,7 @@ class MappedStorage(Storage):
     Parameters
     ----------
     mapped : MappedFile
-        The whole file.
+        The file as far as the array goes.
     file : _OpenFile
         The same file.
     dtype, shape, offset, fortran_order

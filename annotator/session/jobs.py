@@ -5,6 +5,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Literal, TypeVar
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
@@ -127,13 +128,12 @@ class Jobs(QObject):
                     raise Cancelled
                 result = work(report, job.is_cancelled)
             except Cancelled:
-                self._deliver(lambda: self._end(job, "cancelled", None, cancelled))
+                self._deliver(partial(self._end, job, "cancelled", None, cancelled))
             except Exception as error:  # noqa: BLE001 - whatever it is, the person who waits must hear of it
-                # The name is unbound at the end of the clause, the closure runs later.
-                problem = error
-                self._deliver(lambda: self._end(job, "failed", lambda: failed(problem), cancelled))
+                # Not by a closure, which the error's frames hold: neither would go, nor what was worked on.
+                self._deliver(partial(self._end, job, "failed", partial(failed, error), cancelled))
             else:
-                self._deliver(lambda: self._end(job, "done", lambda: done(result), cancelled))
+                self._deliver(partial(self._end, job, "done", partial(done, result), cancelled))
 
         if delay_ms:
             QTimer.singleShot(delay_ms, self, lambda: self._waiting.put(run))
@@ -160,8 +160,7 @@ class Jobs(QObject):
     def _work(self) -> None:
         while (run := self._waiting.get()) is not None:
             run()
-            # Or a thread that waits would hold what the work did, a whole volume, and let it go only when the
-            # next begins: as long as that takes, the next would wait.
+            # Or a thread that waits for work would hold on to what the last was about: a whole volume.
             del run
 
     def _deliver(self, call: Callable[[], None]) -> None:

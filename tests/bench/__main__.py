@@ -189,7 +189,7 @@ def main() -> int:
     sys.stdout.write(text)
     if options.json is not None:
         results["ratios"] = [asdict(ratio) for ratio in found]
-        results["growth"] = {larger: [asdict(each) for each in found] for (_, larger), found in grown.items()}
+        results["growth"] = {larger: [asdict(ratio) for ratio in each] for (_, larger), each in grown.items()}
         options.json.write_text(json.dumps(results, indent=1) + "\n")
     if options.markdown is not None:
         write_page(options.markdown, text)

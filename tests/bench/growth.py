@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 
 from tests.bench.driven_window import DrivenWindow
-from tests.bench.figures import Figures
+from tests.bench.figures import Figures, large_pieces_mib
 from tests.bench.opening import measure_opening
 
 _PAUSE_S = 2.0
@@ -27,7 +27,10 @@ def measure_growth(driven: DrivenWindow, paths: tuple[Path, Path], times: int) -
             shutil.rmtree(driven.level_folder, ignore_errors=True)
             # Else it is measured what the gigabytes before it have left in the processor's caches.
             driven.pause(_PAUSE_S)
-            figures.append(measure_opening(driven, path))
+            opened = measure_opening(driven, path)
+            figures.append(opened | {"mapped_in_large_pieces_mib": large_pieces_mib()})
         rounds.append(figures)
     driven.session.close_volume()
+    # Until it is let go.
+    driven.pause(_PAUSE_S)
     return rounds[1:]

@@ -1,5 +1,8 @@
 import mmap
+import os
 import sys
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +37,17 @@ def kib_in_memory(path: Path) -> int:
     return 0
 
 
+def is_mapped(path: Path) -> bool:
+    return str(path) in Path("/proc/self/maps").read_text()
+
+
+def wait_until_gone(path: Path) -> None:
+    ends_s = time.monotonic() + 10
+    while is_mapped(path):
+        assert time.monotonic() < ends_s
+        time.sleep(0.001)
+
+
 def test_the_beginning_of_a_file_is_read(path: Path) -> None:
     np.testing.assert_array_equal(np.frombuffer(mapped(path), np.uint8), BYTES)
     np.testing.assert_array_equal(np.frombuffer(mapped(path, 100), np.uint8), BYTES[:100])
@@ -41,37 +55,80 @@ def test_the_beginning_of_a_file_is_read(path: Path) -> None:
 
 @linux_only
 @pytest.mark.parametrize("pages", [1, 32, 70, 71, 1000])
-def test_an_emptied_file_holds_no_memory_and_is_read_anew(
+def test_released_pages_hold_no_memory_and_are_read_anew(
     path: Path, monkeypatch: pytest.MonkeyPatch, pages: int
 ) -> None:
-    monkeypatch.setattr(mapped_file, "_PORTION_BYTES", pages * mmap.PAGESIZE)
+    portion = pages * mmap.PAGESIZE
+    lengths = []
+
+    def noted(address: int, length: int, advice: int) -> int:
+        lengths.append(length)
+        return madvise(address, length, advice)
+
+    madvise = mapped_file._madvise
+    monkeypatch.setattr(mapped_file, "_madvise", noted)
+    monkeypatch.setattr(mapped_file, "_PORTION_BYTES", portion)
     file = mapped(path)
     view = np.frombuffer(file, np.uint8)
     np.testing.assert_array_equal(view, BYTES)
     assert kib_in_memory(path) >= len(BYTES) // 1024
-    file.empty()
+    file.release_pages()
     assert kib_in_memory(path) == 0
+    assert max(lengths) <= portion
+    assert sum(lengths) == len(BYTES)
     np.testing.assert_array_equal(view, BYTES)
 
 
 @linux_only
-def test_a_file_is_emptied_with_its_last_view_and_not_before(
+def test_a_file_goes_with_its_last_view_in_a_thread_that_nobody_waits_for(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    held_kib = []
+    released: list[tuple[int, threading.Thread]] = []
 
-    def empty(file: MappedFile) -> None:
-        held_kib.append(kib_in_memory(path))
-        emptied(file)
-        held_kib.append(kib_in_memory(path))
+    def noted(file: MappedFile) -> None:
+        if len(file) == len(BYTES):
+            released.append((kib_in_memory(path), threading.current_thread()))
+        release_pages(file)
 
-    emptied = MappedFile.empty
-    monkeypatch.setattr(MappedFile, "empty", empty)
+    release_pages = MappedFile.release_pages
+    monkeypatch.setattr(MappedFile, "release_pages", noted)
     file = mapped(path)
     part = np.frombuffer(file, np.uint8)[::2]
     assert part.max() == 255
     del file
-    assert not held_kib
+    assert is_mapped(path)
+    assert not released
     del part
-    assert held_kib == [pytest.approx(len(BYTES) / 1024, abs=4), 0]
-    assert str(path) not in Path("/proc/self/maps").read_text()
+    wait_until_gone(path)
+    [(held_kib, thread)] = released
+    assert held_kib >= len(BYTES) // 1024
+    assert thread is not threading.current_thread()
+
+
+@linux_only
+def test_a_file_that_was_closed_goes_without_a_word(path: Path) -> None:
+    with mapped(path) as file:
+        assert file[0] == BYTES[0]
+    assert not is_mapped(path)
+    file.release_pages()
+    del file
+    # The thread has been there when a later one is gone.
+    mapped(path)
+    wait_until_gone(path)
+
+
+@linux_only
+@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")
+def test_a_forked_process_lets_its_files_go_too(path: Path) -> None:
+    mapped(path)
+    wait_until_gone(path)
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            mapped(path)
+            wait_until_gone(path)
+            code = 0
+        finally:
+            os._exit(code)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0

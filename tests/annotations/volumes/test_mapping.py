@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from annotations.volumes import VolumeError, mapping, open_volume, preview_factors, volume
+from annotations.volumes.mapped_file import MappedFile
 from annotations.volumes.mapping import MappedStorage
 
 sides = st.tuples(*[st.integers(1, 12)] * 3)
@@ -87,6 +88,14 @@ def test_a_preview_asks_for_no_more_of_a_volume_four_times_as_large(tmp_path: Pa
         }
         asked.append(len(pages))
     assert max(asked[1:]) <= asked[0]
+
+
+def test_a_volume_lies_in_a_file_that_is_let_go_in_portions(tmp_path: Path) -> None:
+    storage = mapped(tmp_path / "v.raw", np.zeros((2, 3, 4), np.uint8), 5)
+    view = storage.read((slice(0, 2, 1), slice(0, 3, 1), slice(0, 4, 1)))
+    storage.close()
+    assert view.base is not None
+    assert isinstance(view.base.base, MappedFile)
 
 
 @given(cut=cut_shapes(), order=st.sampled_from("CF"), piece_bytes=st.sampled_from([1, 100, 1 << 20]))

@@ -1,5 +1,6 @@
 """Background work: results in the right thread, progress, cancelling, failures."""
 
+import gc
 import threading
 import time
 import weakref
@@ -8,6 +9,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from pytestqt.qtbot import QtBot
 
+from annotations.errors import Cancelled
 from annotator.session import jobs as jobs_module
 from annotator.session.jobs import Jobs
 
@@ -149,15 +151,26 @@ def test_nothing_begins_after_closing(qtbot: QtBot) -> None:
     assert jobs.running == ()
 
 
-def test_a_thread_that_waits_holds_on_to_nothing(qtbot: QtBot, jobs: Jobs) -> None:
+@pytest.mark.parametrize("error", [None, Cancelled, ValueError])
+def test_what_a_job_was_about_is_let_go_at_its_end(qtbot: QtBot, jobs: Jobs, error: Exception | None) -> None:
     class Volume:
         pass
 
     def start() -> weakref.ref[Volume]:
         volume = Volume()
-        jobs.start("Read", lambda _progress, _cancelled: volume, done=lambda _volume: None, failed=fail)
+
+        def read(_progress: object, _cancelled: object) -> Volume:
+            if error is not None:
+                raise error
+            return volume
+
+        jobs.start("Read", read, done=lambda _volume: None, failed=lambda _error: None)
         return weakref.ref(volume)
 
-    held = start()
-    qtbot.waitUntil(lambda: not jobs.running)
-    qtbot.waitUntil(lambda: held() is None)
+    gc.disable()
+    try:
+        held = start()
+        qtbot.waitUntil(lambda: not jobs.running)
+        qtbot.waitUntil(lambda: held() is None)
+    finally:
+        gc.enable()
