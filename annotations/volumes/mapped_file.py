@@ -12,6 +12,9 @@ import numpy as np
 _PORTION_BYTES = 16 << 20
 """The system lets go of so much within a millisecond."""
 
+_MOST_WAITING = 4
+"""Each keeps its file open, of which a process may only have so many, and a program may read many volumes."""
+
 # Not the method of `mmap`: it would keep Python's lock meanwhile.
 _madvise = ctypes.CDLL(None).madvise if sys.platform == "linux" else None
 if _madvise is not None:
@@ -49,8 +52,8 @@ class MappedFile(mmap.mmap):
 
     def __del__(self) -> None:
         """Go on living in the thread; that it dies there Python does not tell once more."""
-        if self._address:
-            _releaser.take(self)
+        if self._address and not _releaser.take(self):
+            self.release_pages()
 
 
 class _Releaser:
@@ -70,9 +73,12 @@ class _Releaser:
                 self._thread = threading.Thread(target=self._run, name="unmapping", daemon=True)
                 self._thread.start()
 
-    def take(self, file: MappedFile) -> None:
-        """Let go of a file, later."""
+    def take(self, file: MappedFile) -> bool:
+        """Let go of a file, later; False where too many wait for that."""
+        if self._files.qsize() >= _MOST_WAITING:
+            return False
         self._files.put(file)
+        return True
 
     def _run(self) -> None:
         while True:

@@ -41,6 +41,10 @@ def is_mapped(path: Path) -> bool:
     return str(path) in Path("/proc/self/maps").read_text()
 
 
+def open_files() -> int:
+    return len(list(Path("/proc/self/fd").iterdir()))
+
+
 def wait_until_gone(path: Path) -> None:
     ends_s = time.monotonic() + 10
     while is_mapped(path):
@@ -103,6 +107,28 @@ def test_a_file_goes_with_its_last_view_in_a_thread_that_nobody_waits_for(
     [(held_kib, thread)] = released
     assert held_kib >= len(BYTES) // 1024
     assert thread is not threading.current_thread()
+
+
+@linux_only
+def test_few_files_wait_to_be_let_go(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    may_go, here, threads = threading.Event(), threading.current_thread(), []
+
+    def slow(file: MappedFile) -> None:
+        threads.append(threading.current_thread())
+        if threads[-1] is not here:
+            assert may_go.wait(10)
+        release_pages(file)
+
+    release_pages = MappedFile.release_pages
+    monkeypatch.setattr(MappedFile, "release_pages", slow)
+    open_before = open_files()
+    for _ in range(50):
+        mapped(path)
+    # One is being let go.
+    assert open_files() <= open_before + mapped_file._MOST_WAITING + 1
+    assert threads.count(here) >= 45
+    may_go.set()
+    wait_until_gone(path)
 
 
 @linux_only
