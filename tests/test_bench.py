@@ -98,7 +98,7 @@ def test_the_peer_runs_and_is_compared_round_by_round(tmp_path: Path) -> None:
         "in the median",
     )
     machine = {"date": "", "commit": "", "cores": 2, "processor": "", "renderer": "", "shape": [1, 2, 3]}
-    text = page({"machine": machine, "peer": [peer], "figures": {"fit_ms": 3.0}}, [ratio])
+    text = page({"machine": machine, "peer": [peer], "figures": {"fit_ms": 3.0}}, [ratio], {})
     assert "| edit to frame in the 3D scene | 8 |" in " ".join(text.split())
     assert "Beside another" in text
 

@@ -4,7 +4,7 @@ import gc
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from annotations.volumes import write_sidecar
 from annotator.session import Session
+from annotator.session.jobs import Job, Jobs
 from annotator.session.options import SessionOptions
 from annotator.settings import Settings
 
@@ -76,6 +77,20 @@ def empty_session(qtbot: QtBot, options: SessionOptions) -> Iterator[Session]:
     session = Session(options)
     yield session
     session.shut_down()
+
+
+@pytest.fixture
+def delays_ms(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
+    """By title, how long each job that has been started waits before it begins."""
+    delays_ms: dict[str, int] = {}
+    start = Jobs.start
+
+    def noted(jobs: Jobs, title: str, *arguments: Any, **options: Any) -> Job:
+        delays_ms[title] = options.get("delay_ms", 0)
+        return start(jobs, title, *arguments, **options)
+
+    monkeypatch.setattr(Jobs, "start", noted)
+    return delays_ms
 
 
 def open_and_wait(qtbot: QtBot, session: Session, path: Path) -> None:

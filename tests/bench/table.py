@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from tests.bench.ratios import Ratio
@@ -19,7 +18,7 @@ _SHOWN_STEPS = 3
 def page(
     results: Mapping[str, Any],
     found: Sequence[Ratio],
-    grown: Mapping[tuple[str, str], Sequence[Ratio]] = MappingProxyType({}),
+    grown: Mapping[tuple[str, str], Sequence[Ratio]],
 ) -> str:
     """Return everything that was measured.
 

@@ -1,7 +1,6 @@
 """Levels come ready to draw: what takes long is done in the threads that load them."""
 
 import threading
-import time
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ from annotations.volumes.volume import Array
 from annotator.session import Session
 from annotator.session.jobs import WHEN_SHOWN_MS
 from annotator.session.volumes import level_loader
-from annotator.session.volumes.level_loader import LevelLoader
 from tests.annotator.conftest import SPACING_UM, open_and_wait
 
 
@@ -44,27 +42,10 @@ def test_the_window_waits_for_no_level_to_be_turned_into_what_is_drawn(
 
 
 def test_averaging_begins_when_the_window_has_shown_the_volume(
-    qtbot: QtBot, empty_session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot, empty_session: Session, volume_path: Path, delays_ms: dict[str, int]
 ) -> None:
-    asked_s, began_s = [], []
-    load_averaged, averaged_level = LevelLoader.load_averaged, level_loader.averaged_level
-
-    def asked(loader: LevelLoader, *arguments: Any) -> None:
-        asked_s.append(time.monotonic())
-        load_averaged(loader, *arguments)
-
-    def began(*arguments: Any, **options: Any) -> Level:
-        began_s.append(time.monotonic())
-        return averaged_level(*arguments, **options)
-
-    monkeypatch.setattr(LevelLoader, "load_averaged", asked)
-    monkeypatch.setattr(level_loader, "averaged_level", began)
-    np.save(tmp_path / "v001.npy", np.zeros((50, 40, 30), dtype=np.uint8))
-    write_sidecar(tmp_path / "v001.npy", SPACING_UM, 2)
-    open_and_wait(qtbot, empty_session, tmp_path / "v001.npy")
-    qtbot.waitUntil(lambda: not empty_session.jobs.running)
-    # Timers of Qt are a few milliseconds early.
-    assert began_s[0] - asked_s[0] > WHEN_SHOWN_MS / 2000
+    open_and_wait(qtbot, empty_session, volume_path)
+    assert delays_ms["Averaging the volume"] == WHEN_SHOWN_MS
 
 
 def test_a_large_volume_is_averaged_after_its_first_pictures_and_once(
