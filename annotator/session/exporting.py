@@ -77,6 +77,7 @@ class Exporting(QObject):
             done=self._on_job_done,
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
+            writes=True,
         )
 
     def cancel(self) -> None:

@@ -38,11 +38,14 @@ class Job:
     state : str
     shown : bool
         Whether it is worth a progress bar, and a person may cancel it.
+    writes : bool
+        Whether it leaves files, so that what is cancelled after its end is done.
     """
 
-    def __init__(self, title: str, shown: bool) -> None:
+    def __init__(self, title: str, *, shown: bool, writes: bool) -> None:
         self.title = title
         self.shown = shown
+        self.writes = writes
         self.progress: float | None = None
         self.state: JobState = "running"
         self._cancelled = threading.Event()
@@ -101,15 +104,20 @@ class Jobs(QObject):
         failed: Callable[[Exception], None],
         cancelled: Callable[[], None] | None = None,
         shown: bool = True,
+        writes: bool = False,
         delay_ms: int = 0,
     ) -> Job:
         """Run ``work(progress, cancelled)`` in a thread; progress is announced ten times a second at most.
 
         It begins after the delay, as soon as a thread is free; in ``running`` it is at once. Then, in this
         object's thread, ``done(result)`` or ``failed(exception)`` is called, or for a job that was cancelled,
-        ``cancelled()``.
+        ``cancelled()``. After `close` nothing begins, and nothing is called.
         """
-        job = Job(title, shown)
+        job = Job(title, shown=shown, writes=writes)
+        if self._closed:
+            job.request_cancel()
+            job.state = "cancelled"
+            return job
         self._running.append(job)
         self.job_changed.emit(job)
 
@@ -142,7 +150,7 @@ class Jobs(QObject):
         return job
 
     def cancel(self, job: Job) -> None:
-        """Ask a job to stop; what it was to deliver is dropped, even if it is ready."""
+        """Ask a job to stop; what it was to deliver is dropped, even if it is ready, unless it writes."""
         job.request_cancel()
 
     def close(self) -> None:
@@ -182,7 +190,8 @@ class Jobs(QObject):
         then: Callable[[], None] | None,
         cancelled: Callable[[], None] | None,
     ) -> None:
-        job.state = "cancelled" if job.is_cancelled() else state
+        has_written = job.writes and state == "done"
+        job.state = "cancelled" if job.is_cancelled() and not has_written else state
         self._running.remove(job)
         self.job_changed.emit(job)
         follow = cancelled if job.state == "cancelled" else then

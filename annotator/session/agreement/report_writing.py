@@ -44,6 +44,7 @@ class ReportWriting(QObject):
             done=self._on_job_done,
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
+            writes=True,
         )
         self.changed.emit()
 

@@ -81,6 +81,7 @@ class Checkpoints(QObject):
             done=self._on_job_done,
             failed=self._on_job_failed,
             cancelled=self._on_job_cancelled,
+            writes=True,
         )
 
     def _report(self, error: Exception) -> None:

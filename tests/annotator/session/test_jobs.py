@@ -71,6 +71,31 @@ def test_a_cancelled_job_delivers_nothing_even_if_it_was_ready(qtbot: QtBot, job
     assert delivered == []
 
 
+def test_what_was_written_before_it_was_cancelled_is_done(qtbot: QtBot, jobs: Jobs) -> None:
+    begun, release = threading.Event(), threading.Event()
+    heard: list[object] = []
+
+    def write(_progress: object, _cancelled: object) -> str:
+        begun.set()
+        assert release.wait(10)
+        return "written"
+
+    job = jobs.start(
+        "Write",
+        write,
+        done=heard.append,
+        failed=heard.append,
+        cancelled=lambda: heard.append("cancelled"),
+        writes=True,
+    )
+    assert begun.wait(10)
+    jobs.cancel(job)
+    release.set()
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert job.state == "done"
+    assert heard == ["written"]
+
+
 def test_a_failure_comes_to_whoever_asked(qtbot: QtBot, jobs: Jobs) -> None:
     failures: list[Exception] = []
 
@@ -172,3 +197,20 @@ def test_what_a_job_was_about_is_let_go_at_its_end(
     qtbot.waitUntil(lambda: not jobs.running)
     # Without a collector of cycles: the tests have none.
     qtbot.waitUntil(lambda: held() is None)
+
+
+def test_what_is_started_after_closing_has_been_cancelled(qtbot: QtBot) -> None:
+    jobs = Jobs()
+    jobs.close()
+    heard: list[str] = []
+    job = jobs.start(
+        "Late",
+        lambda _progress, _cancelled: heard.append("worked"),
+        done=lambda _none: heard.append("done"),
+        failed=fail,
+        cancelled=lambda: heard.append("cancelled"),
+    )
+    qtbot.wait(0)
+    assert job.state == "cancelled"
+    assert jobs.running == ()
+    assert heard == []

@@ -1,9 +1,11 @@
 """The export for training: what is asked, what is refused, and what is said of the file."""
 
 import csv
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
@@ -28,6 +30,7 @@ from annotations.interchange.training_file import Exported, ExportOptions
 from annotator.dialogs.exports.training_export_dialog import TrainingExportDialog
 from annotator.dialogs.exports.training_report_dialog import TrainingReportDialog
 from annotator.session import Session
+from annotator.session import exporting as exporting_module
 from annotator.session.options import SessionOptions
 from tests.annotator.conftest import open_and_wait
 from tests.annotator.settled_study import write_annotation, write_settled_study
@@ -225,15 +228,26 @@ def test_a_foreign_file_is_left_alone(qtbot: QtBot, opened: Open, folder: Path, 
 
 
 def test_an_export_that_is_given_up_leaves_no_file(
-    qtbot: QtBot, opened: Open, folder: Path, tmp_path: Path
+    qtbot: QtBot, opened: Open, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = opened(folder)
     output = tmp_path / "out" / "targets.csv"
     output.parent.mkdir()
+    looked, given_up = exporting_module.check_may_see_all, threading.Event()
+
+    def look_once_given_up(*arguments: Any) -> None:
+        assert given_up.wait(10)
+        looked(*arguments)
+
+    monkeypatch.setattr(exporting_module, "check_may_see_all", look_once_given_up)
+    said: list[str] = []
+    session.message_posted.connect(said.append)
     session.exporting.export(output, BEN)
     session.exporting.cancel()
+    given_up.set()
     qtbot.waitUntil(lambda: not session.exporting.is_exporting)
     assert list(output.parent.iterdir()) == []
+    assert said == ["Cancelled: nothing was written"]
 
 
 @pytest.mark.parametrize("person", ["anna", "nobody"])
