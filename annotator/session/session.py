@@ -252,6 +252,11 @@ class Session(SessionStepping):
         if self._current_index is not None:
             self._open(self._worklist, self._current_index, rereads=True)
 
+    @property
+    def is_opening(self) -> bool:
+        """Whether a document is being opened, or read again, or a person is asked about one."""
+        return self._opener.request is not None
+
     def _look_at(
         self,
         read: Callable[[], Result],

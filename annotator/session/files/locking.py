@@ -83,6 +83,11 @@ class SessionLocking(SessionSaving):
         """Read the document from its file again."""
         raise NotImplementedError
 
+    @property
+    def is_opening(self) -> bool:
+        """Whether a document is being opened, or read again, or a person is asked about one."""
+        raise NotImplementedError
+
     def _claim_lock(self, opened: Opened) -> None:
         """Ask, in the thread that has read a document, for the lock that it will have when it is open."""
         path = opened.found.item.annotation_path
@@ -192,7 +197,8 @@ class SessionLocking(SessionSaving):
             self._locks.look_whether_free(self._file.path, self._on_locks_found_free)
 
     def _on_locks_found_free(self) -> None:
-        if self._waiting.isActive() and not self.unsaved:
+        # Not in place of a volume that a person has asked for, nor before the last try has ended.
+        if self._waiting.isActive() and not self.unsaved and not self.is_opening:
             self.try_again()
 
     def _on_locks_lost(self, error: DocumentLocked) -> None:

@@ -31,6 +31,7 @@ from annotations.documents.study import Study, StudyVolume, ViewingRules, annota
 from annotator.session import Session
 from annotator.session.files import locking
 from annotator.session.options import SessionOptions
+from tests.annotator.conftest import write_volume
 
 HERE_UM = (100.0, 110.0, 120.0)
 THERE_UM = (200.0, 210.0, 220.0)
@@ -260,6 +261,19 @@ class TestWaiting:
         qtbot.waitUntil(lambda: bool(told))
         assert told == ["It is free now: you can go on"]
         assert list(positions_of(second).values()) == [HERE_UM]
+
+    def test_another_volume_that_is_being_opened_is_opened_though_this_one_becomes_free(
+        self, qtbot, session, window, volume_path
+    ):
+        session.place(HERE_UM)
+        other = write_volume(volume_path.with_name("v002.npy"))
+        second = window(volume_path.parent)
+        assert second.read_only_reason
+        assert session.close_volume()
+        with qtbot.waitSignal(second.volume_changed):
+            second.open_item(1)
+            second._on_locks_found_free()
+        assert second.volume.path == other
 
     def test_unsaved_edits_of_what_was_taken_over_are_still_there_when_it_is_free(self, qtbot, session):
         session.place(HERE_UM)
