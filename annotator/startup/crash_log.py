@@ -101,6 +101,7 @@ class CrashLog(QObject):
 
     def _on_caught(self, error: Exception) -> None:
         place = _place(error)
+        _let_go(error)
         if place not in self._seen:
             self._seen.add(place)
             self.unexpected_error.emit(error)
@@ -121,3 +122,16 @@ def _place(error: Exception) -> str:
     """Name the kind of an error and the line that raised it: what makes two errors the same one."""
     frames = traceback.extract_tb(error.__traceback__)
     return f"{type(error).__name__} {frames[-1].filename}:{frames[-1].lineno}" if frames else repr(error)
+
+
+def _let_go(error: BaseException | None) -> None:
+    """Clear what an error was about, a whole volume maybe, out of the frames that it came through.
+
+    Python keeps the last error that nobody caught, in `sys.last_value`, until the next one.
+    """
+    let_go: set[int] = set()
+    # An error may have been raised from itself.
+    while error is not None and id(error) not in let_go:
+        let_go.add(id(error))
+        traceback.clear_frames(error.__traceback__)
+        error = error.__cause__ or error.__context__

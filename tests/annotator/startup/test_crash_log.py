@@ -1,6 +1,7 @@
 import logging
 import sys
 import threading
+import weakref
 from pathlib import Path
 
 import pytest
@@ -43,6 +44,30 @@ def test_same_error_is_shown_once_and_logged_each_time(crash_log, qtbot):
     qtbot.waitUntil(lambda: len(shown) == 2)
     assert [str(error) for error in shown] == ["again", "another"]
     assert crash_log.path.read_text().count("RuntimeError: again") == 3
+
+
+def test_what_an_error_was_about_is_let_go_though_python_keeps_the_error(crash_log, qtbot):
+    class Volume:
+        pass
+
+    volumes = []
+
+    def read() -> None:
+        volume = Volume()
+        volumes.append(weakref.ref(volume))
+        fail("unreadable")
+
+    def draw() -> None:
+        try:
+            read()
+        except RuntimeError as error:
+            raise ValueError("undrawn") from error
+
+    with qtbot.waitSignal(crash_log.unexpected_error) as shown:
+        QTimer.singleShot(0, draw)
+    assert sys.last_value is shown.args[0]
+    assert "in read" in crash_log.path.read_text()
+    assert volumes[0]() is None
 
 
 def test_error_in_a_thread_arrives_in_the_gui_thread(crash_log, qtbot):
