@@ -119,8 +119,8 @@ def test_what_somebody_else_changed_and_what_was_typed_are_both_in_the_study(
     dialog = person.dialog(StudySettingsDialog)
     qtbot.keyClicks(dialog.findChild(QLineEdit, "study_new_annotator"), "ben\r")
     save_study(with_annotators(load_study(folder), ["dora"]), folder)
-    person.click(dialog, "study_ok")
-    qtbot.waitUntil(lambda: not dialog.isVisible())
+    with qtbot.waitSignal(dialog.finished):
+        person.click(dialog, "study_ok")
     anew = person.dialog(StudySettingsDialog)
     assert "Somebody else has changed the study" in anew.findChild(QLabel, "study_problem").text()
     person.click(anew, "study_ok")

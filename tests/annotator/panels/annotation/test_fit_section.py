@@ -129,15 +129,17 @@ def test_what_is_below_stays_while_remarks_come_and_go_in_a_drag(
     place(session, CLOSED)
     fill_in = button(panel, "fit_fill_in")
     qtbot.waitUntil(lambda: not session.is_searching_mistakes)
+    # The layout follows a turn after what was drawn.
+    redrawn(panel)
     qtbot.wait(30)
     height = fill_in.mapTo(panel, fill_in.rect().topLeft()).y()
     session.begin_preview("k5", keypoints_um(BENT, session.tool)["k5"], "dragged")  # type: ignore[arg-type]
     assert not button(panel, "fit_other_0").isVisible()
+    redrawn(panel)
     qtbot.wait(30)
     assert fill_in.mapTo(panel, fill_in.rect().topLeft()).y() == height
     session.keep_preview()
-    qtbot.wait(30)
-    assert fill_in.mapTo(panel, fill_in.rect().topLeft()).y() < height
+    qtbot.waitUntil(lambda: fill_in.mapTo(panel, fill_in.rect().topLeft()).y() < height)
 
 
 def test_unplaced_keypoints_are_filled_in_as_one_step(
