@@ -8,7 +8,7 @@ from pytestqt.qtbot import QtBot
 
 from annotator.panels.predictions.errors_page import ErrorsPage
 from annotator.session import Session
-from tests.annotator.redrawn import redrawn
+from tests.annotator.panels.predictions.panel_reading import table
 from tests.annotator.reviewed_study import review, write_reviewed
 
 
@@ -28,19 +28,13 @@ def page(qtbot: QtBot, rita: Session) -> ErrorsPage:
     return page
 
 
-def listed(page: ErrorsPage) -> QTreeView:
-    found = redrawn(page).findChild(QTreeView, "errors_list")
-    assert isinstance(found, QTreeView)
-    return found
-
-
 def lower(page: ErrorsPage, rows: float) -> QTreeView:
     """Give the list the height of some rows below its headings."""
-    shown = listed(page)
+    shown = table(page)
     row_px = shown.visualRect(shown.model().index(0, 0)).height()
     frame_px = shown.height() - shown.viewport().height()
     shown.setFixedHeight(frame_px + round(rows * row_px))
-    return listed(page)
+    return table(page)
 
 
 def is_in_sight(shown: QTreeView, row: int) -> bool:
