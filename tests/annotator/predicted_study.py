@@ -129,10 +129,3 @@ def predict(qtbot: QtBot, session: Session, indices: Sequence[int]) -> None:
     session.predicting.predict(indices)
     qtbot.waitUntil(lambda: not session.predicting.is_predicting, timeout=LONG_MS)
     settle(qtbot, session)
-
-
-def messages_of(session: Session) -> list[str]:
-    """Return a list to which whatever the status line says from now on is added."""
-    said: list[str] = []
-    session.message_posted.connect(said.append)
-    return said

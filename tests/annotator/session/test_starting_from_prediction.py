@@ -8,7 +8,8 @@ import pytest
 
 from annotations.documents.recovery import find_recoveries
 from annotations.documents.standing import standing
-from tests.annotator.predicted_study import NAME, messages_of, predict, settle
+from tests.annotator.predicted_study import NAME, predict, settle
+from tests.annotator.status_line import messages_of
 
 
 class TestStarting:

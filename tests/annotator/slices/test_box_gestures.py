@@ -11,6 +11,7 @@ from annotations.documents.annotation import BoxAnnotation
 from annotations.geometry.boxes import Box
 from annotator.session import Session
 from annotator.slices.slice_view import SliceView
+from tests.annotator.status_line import messages_of
 
 Views = tuple[SliceView, SliceView, SliceView]
 WAY = QPoint(22, -13)
@@ -41,9 +42,7 @@ def assert_one_step(session: Session, edits: int, before: object) -> None:
 
 @pytest.fixture
 def messages(unboxed: Session) -> list[str]:
-    said: list[str] = []
-    unboxed.message_posted.connect(said.append)
-    return said
+    return messages_of(unboxed)
 
 
 # Placing

@@ -1,22 +1,18 @@
 """The volume's proposal in the panel: asked for, looked at, accepted or rejected."""
 
-import threading
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QPushButton, QTableWidget
 from pytestqt.qtbot import QtBot
 
-from annotations.errors import Cancelled
-from annotations.fitting import refine
 from annotations.fitting.refine import Refinement, Support
 from annotations.geometry.kinematics import ToolPose
 from annotations.geometry.rotations import from_yaw_pitch_roll
 from annotator.panels.annotation.pose_panel import PosePanel
 from annotator.session import Session
+from tests.annotator.held_refiner import HeldRefiner
 
 LEFT = Qt.MouseButton.LeftButton
 POSE = ToolPose(
@@ -32,23 +28,9 @@ PROPOSED = Refinement(
 )
 
 
-class Refiner:
-    """Stands in for the polishing against the volume, and ends when the test lets it."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.go_on = threading.Event()
-        monkeypatch.setattr(refine, "refine_pose", self._refine)
-
-    def _refine(self, *_arguments: Any, progress: Any, cancelled: Callable[[], bool]) -> Refinement:
-        while not self.go_on.wait(0.01):
-            if cancelled():
-                raise Cancelled
-        return PROPOSED
-
-
 @pytest.fixture
-def refiner(monkeypatch: pytest.MonkeyPatch) -> Refiner:
-    return Refiner(monkeypatch)
+def refiner(monkeypatch: pytest.MonkeyPatch) -> HeldRefiner:
+    return HeldRefiner(monkeypatch, PROPOSED)
 
 
 @pytest.fixture
@@ -72,7 +54,7 @@ def text(panel: PosePanel, name: str) -> str:
     return found.text()
 
 
-def propose(qtbot: QtBot, session: Session, refiner: Refiner) -> None:
+def propose(qtbot: QtBot, session: Session, refiner: HeldRefiner) -> None:
     refiner.go_on.set()
     session.pose_tool(POSE)
     session.refine()
@@ -80,7 +62,7 @@ def propose(qtbot: QtBot, session: Session, refiner: Refiner) -> None:
 
 
 def test_it_says_that_the_volume_is_read_and_then_what_it_proposes(
-    qtbot: QtBot, session: Session, panel: PosePanel, refiner: Refiner
+    qtbot: QtBot, session: Session, panel: PosePanel, refiner: HeldRefiner
 ) -> None:
     start = button(panel, "refine_start")
     assert not start.isEnabled(), "nothing is placed yet"
@@ -103,7 +85,7 @@ def test_it_says_that_the_volume_is_read_and_then_what_it_proposes(
 
 
 def test_the_proposal_is_accepted_as_one_step(
-    qtbot: QtBot, session: Session, panel: PosePanel, refiner: Refiner
+    qtbot: QtBot, session: Session, panel: PosePanel, refiner: HeldRefiner
 ) -> None:
     propose(qtbot, session, refiner)
     steps = session.undo_stack.count
@@ -116,7 +98,9 @@ def test_the_proposal_is_accepted_as_one_step(
     assert {part.source for part in session.document.parts} == {"posed"}  # type: ignore[union-attr]
 
 
-def test_the_proposal_is_rejected(qtbot: QtBot, session: Session, panel: PosePanel, refiner: Refiner) -> None:
+def test_the_proposal_is_rejected(
+    qtbot: QtBot, session: Session, panel: PosePanel, refiner: HeldRefiner
+) -> None:
     propose(qtbot, session, refiner)
     before = session.document
     qtbot.mouseClick(button(panel, "refine_reject"), LEFT)
@@ -126,7 +110,7 @@ def test_the_proposal_is_rejected(qtbot: QtBot, session: Session, panel: PosePan
 
 
 def test_a_proposal_comes_into_sight(
-    qtbot: QtBot, session: Session, panel: PosePanel, refiner: Refiner
+    qtbot: QtBot, session: Session, panel: PosePanel, refiner: HeldRefiner
 ) -> None:
     panel.resize(360, 300)
     propose(qtbot, session, refiner)
@@ -135,7 +119,7 @@ def test_a_proposal_comes_into_sight(
 
 
 def test_a_refinement_that_is_cancelled_can_be_asked_for_again(
-    qtbot: QtBot, session: Session, panel: PosePanel, refiner: Refiner
+    qtbot: QtBot, session: Session, panel: PosePanel, refiner: HeldRefiner
 ) -> None:
     session.pose_tool(POSE)
     session.refine()

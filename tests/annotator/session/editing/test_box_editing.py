@@ -9,31 +9,10 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from annotations.geometry.boxes import Box
-from annotations.volumes import Ray, write_sidecar
+from annotations.volumes import write_sidecar
 from annotator.session import Session
 from annotator.session.options import SessionOptions
-
-SPACING_UM = (15.9, 13.5, 9.4)
-BASE_UM, TIP_UM = (100.0, 200.0, 300.0), (500.0, 500.0, 300.0)
-
-
-def box_of(session: Session, link: str = "link0") -> Box:
-    assert session.document is not None
-    return session.document.placed_boxes[link]
-
-
-def place_two(
-    session: Session, base_um: tuple[float, ...] = BASE_UM, tip_um: tuple[float, ...] = TIP_UM
-) -> None:
-    session.place(base_um)  # type: ignore[arg-type]
-    session.place(tip_um)  # type: ignore[arg-type]
-
-
-def click(qtbot: QtBot, session: Session, index: tuple[int, int, int]) -> None:
-    """Click in the scene, from above, at a voxel; and wait until the depth is read."""
-    above_um = np.array(index) * SPACING_UM - [0, 0, 5000]
-    session.pick_ray(Ray(tuple(above_um), (0.0, 0.0, 1.0)))
-    qtbot.waitUntil(lambda: not session.jobs.running)
+from tests.annotator.session.editing.placed_boxes import BASE_UM, TIP_UM, box_of, place_two
 
 
 @pytest.fixture
@@ -45,20 +24,13 @@ def placed(boxes_session: Session) -> Session:
     return boxes_session
 
 
-@pytest.fixture
-def messages(boxes_session: Session) -> list[str]:
-    said: list[str] = []
-    boxes_session.message_posted.connect(said.append)
-    return said
-
-
-def test_two_clicks_place_a_box_as_one_edit(boxes_session: Session, messages: list[str]) -> None:
+def test_two_clicks_place_a_box_as_one_edit(boxes_session: Session, box_messages: list[str]) -> None:
     session = boxes_session
     assert session.view.active_part == "link0"
     session.place(BASE_UM)
     assert session.view.first_end_um == BASE_UM
     assert session.undo_stack.count == 0
-    assert "other end of link0" in messages[-1]
+    assert "other end of link0" in box_messages[-1]
     session.place(TIP_UM)
     box = box_of(session)
     assert box.base_um == pytest.approx(BASE_UM)
@@ -67,7 +39,7 @@ def test_two_clicks_place_a_box_as_one_edit(boxes_session: Session, messages: li
     assert session.document.part("link0").source == "clicked"  # type: ignore[union-attr]
     assert session.view.active_part == "link1"
     assert session.view.first_end_um is None
-    assert messages[-1] == (
+    assert box_messages[-1] == (
         "Two clicks do not tell the roll of link0: once all boxes are placed the check proposes it; "
         "or press 1 and turn it with X"
     )
@@ -77,12 +49,12 @@ def test_two_clicks_place_a_box_as_one_edit(boxes_session: Session, messages: li
 
 
 def test_of_the_last_box_it_is_said_how_to_turn_it_as_it_stays_active(
-    boxes_session: Session, messages: list[str]
+    boxes_session: Session, box_messages: list[str]
 ) -> None:
     for _ in range(3):
         place_two(boxes_session)
     assert boxes_session.view.active_part == "link2"
-    assert messages[-1].endswith("or turn it with X or its knob")
+    assert box_messages[-1].endswith("or turn it with X or its knob")
 
 
 def test_the_second_end_is_shown_before_it_is_clicked(boxes_session: Session) -> None:
@@ -113,24 +85,11 @@ def test_what_is_aimed_at_can_be_kept_and_goes_on_to_the_next_link(boxes_session
     assert boxes_session.undo_stack.count == 1
 
 
-def test_a_proposal_of_the_scene_takes_the_place_of_what_is_aimed_at(
-    qtbot: QtBot, boxes_session: Session
+def test_a_second_click_at_the_first_place_is_refused(
+    boxes_session: Session, box_messages: list[str]
 ) -> None:
-    session = boxes_session
-    session.place(BASE_UM)
-    session.aim_second_end(TIP_UM)
-    session.pick_ray(Ray((25 * 15.9, 40 * 13.5, -5000.0), (0.0, 0.0, 1.0)))
-    qtbot.waitUntil(lambda: not session.jobs.running)
-    assert session.view.draft is None
-    session.aim_second_end(TIP_UM)
-    assert session.view.draft is None, "the proposal waits to be kept"
-    session.keep_preview()
-    assert box_of(session).tip_um[:2] == pytest.approx((25 * 15.9, 40 * 13.5))
-
-
-def test_a_second_click_at_the_first_place_is_refused(boxes_session: Session, messages: list[str]) -> None:
     place_two(boxes_session, BASE_UM, BASE_UM)
-    assert "Both ends are at one place" in messages[-1]
+    assert "Both ends are at one place" in box_messages[-1]
     assert boxes_session.view.first_end_um == BASE_UM
     assert boxes_session.undo_stack.count == 0
 
@@ -159,7 +118,7 @@ def test_choosing_another_link_gives_the_first_click_up(boxes_session: Session) 
 def test_a_first_box_lies_with_its_height_along_the_light(
     qtbot: QtBot, options: SessionOptions, volume_path: Path, depth_axis: int
 ) -> None:
-    write_sidecar(volume_path, SPACING_UM, depth_axis)  # type: ignore[arg-type]
+    write_sidecar(volume_path, (15.9, 13.5, 9.4), depth_axis)  # type: ignore[arg-type]
     session = Session(replace(options, method="boxes"))
     with qtbot.waitSignal(session.volume_changed, check_params_cb=lambda: session.volume is not None):
         session.open_path(volume_path)
@@ -188,130 +147,19 @@ def test_a_childs_box_carries_its_parents_hinge_on(placed: Session) -> None:
     np.testing.assert_allclose(box_of(placed, "link1").axes[:, 1], hinge, atol=1e-9)
 
 
-def test_the_scene_places_a_box_by_two_proposals(qtbot: QtBot, boxes_session: Session) -> None:
-    session = boxes_session
-    session.set_mode("place")
-    for index, name in (((15, 20, 20), "k0"), ((25, 40, 20), "k1")):
-        click(qtbot, session, index)
-        assert session.view.preview is not None
-        assert session.view.preview.keypoint == name
-        session.keep_preview()
-        assert session.view.preview is None
-    assert box_of(session).base_um[:2] == pytest.approx((15 * 15.9, 20 * 13.5))
-    assert box_of(session).tip_um[:2] == pytest.approx((25 * 15.9, 40 * 13.5))
-
-
-def test_an_end_that_the_scene_proposed_is_kept_on_the_axis_beneath_the_surface(
-    qtbot: QtBot, boxes_session: Session
-) -> None:
-    session = boxes_session
-    session.set_mode("place")
-    click(qtbot, session, (15, 20, 20))
-    assert session.view.preview is not None
-    x_um, y_um, z_um = session.view.preview.position_um
-    session.keep_preview()
-    # The links of the tool are 4 mm high.
-    assert session.view.first_end_um == pytest.approx((x_um, y_um, z_um + 2000.0))
-
-
-def test_a_second_click_from_the_same_angle_keeps_the_base_and_proposes_the_tip(
-    qtbot: QtBot, boxes_session: Session, messages: list[str]
-) -> None:
-    session = boxes_session
-    session.set_mode("place")
-    click(qtbot, session, (15, 20, 20))
-    base_um = session.view.preview.position_um  # type: ignore[union-attr]
-    click(qtbot, session, (25, 40, 20))
-    assert session.view.preview is not None
-    assert session.view.preview.keypoint == "k1"
-    assert session.view.first_end_um == pytest.approx(np.add(base_um, (0.0, 0.0, 2000.0)))
-    assert session.undo_stack.count == 0
-    tip_um = session.view.preview.position_um
-    session.keep_preview()
-    assert box_of(session).tip_um == pytest.approx(np.add(tip_um, (0.0, 0.0, 2000.0)))
-    assert not [message for message in messages if "Depth not settled" in message]
-
-
-def test_a_third_click_places_the_box_and_proposes_the_next_base(
-    qtbot: QtBot, boxes_session: Session
-) -> None:
-    session = boxes_session
-    session.set_mode("place")
-    for index in ((12, 20, 20), (18, 30, 20), (24, 40, 20)):
-        click(qtbot, session, index)
-    assert box_of(session).tip_um[:2] == pytest.approx((18 * 15.9, 30 * 13.5))
-    assert session.undo_stack.count == 1
-    assert session.view.active_part == "link1"
-    assert session.view.first_end_um is None
-    assert session.view.preview is not None
-    assert session.view.preview.keypoint == "k2"
-    assert session.view.preview.position_um[:2] == pytest.approx((24 * 15.9, 40 * 13.5))
-
-
-def test_after_the_last_box_a_click_in_the_scene_only_keeps_its_tip(
-    qtbot: QtBot, boxes_session: Session, messages: list[str]
-) -> None:
-    session = boxes_session
-    session.set_mode("place")
-    for _ in range(2):
-        place_two(session)
-    for index in ((12, 20, 20), (18, 30, 20), (24, 40, 20)):
-        click(qtbot, session, index)
-    assert box_of(session, "link2").tip_um[:2] == pytest.approx((18 * 15.9, 30 * 13.5))
-    assert session.view.preview is None
-    assert "roll of link2" in messages[-1]
-
-
-def test_a_click_beside_everything_keeps_nothing(
-    qtbot: QtBot, boxes_session: Session, messages: list[str]
-) -> None:
-    session = boxes_session
-    session.set_mode("place")
-    click(qtbot, session, (15, 20, 20))
-    proposed = session.view.preview
-    click(qtbot, session, (500, 20, 20))
-    assert messages[-1].startswith("Nothing above the opacity threshold")
-    assert session.view.preview == proposed
-    assert session.view.first_end_um is None
-
-
-def test_a_tip_at_the_base_is_proposed_anew(qtbot: QtBot, boxes_session: Session) -> None:
-    session = boxes_session
-    session.set_mode("place")
-    for index in ((15, 20, 20), (15, 20, 20), (25, 40, 20)):
-        click(qtbot, session, index)
-    assert session.document is not None
-    assert not session.document.placed_boxes
-    assert session.view.preview is not None
-    assert session.view.preview.keypoint == "k1"
-    assert session.view.preview.position_um[:2] == pytest.approx((25 * 15.9, 40 * 13.5))
-
-
-def test_a_second_click_from_another_angle_settles_the_end_where_the_two_cross(
-    qtbot: QtBot, boxes_session: Session
-) -> None:
-    session = boxes_session
-    session.set_mode("place")
-    target_um = np.array([25.0, 25.0, 25.0]) * SPACING_UM
-    for direction in ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)):
-        session.pick_ray(Ray(tuple(target_um - 5000 * np.array(direction)), direction))
-    assert session.view.first_end_um == pytest.approx(target_um)
-    assert session.view.preview is None
-
-
-def test_a_placed_box_is_not_clicked_anew(placed: Session, messages: list[str]) -> None:
+def test_a_placed_box_is_not_clicked_anew(placed: Session, box_messages: list[str]) -> None:
     before = placed.document
     placed.place((1.0, 2.0, 3.0))
-    assert "drag its handles, or clear it" in messages[-1]
+    assert "drag its handles, or clear it" in box_messages[-1]
     assert placed.document is before
 
 
 def test_without_an_active_link_a_click_says_what_to_choose(
-    boxes_session: Session, messages: list[str]
+    boxes_session: Session, box_messages: list[str]
 ) -> None:
     boxes_session.activate(None)
     boxes_session.place(BASE_UM)
-    assert "Choose a link first" in messages[-1]
+    assert "Choose a link first" in box_messages[-1]
 
 
 def test_a_drag_is_shown_and_kept_as_one_edit(placed: Session) -> None:
@@ -396,12 +244,12 @@ def test_navigating_moves_no_body(placed: Session) -> None:
     ],
 )
 def test_a_locked_box_refuses_every_change(
-    placed: Session, messages: list[str], change: Callable[[Session], None]
+    placed: Session, box_messages: list[str], change: Callable[[Session], None]
 ) -> None:
     placed.set_locked("link0", True)
     before = placed.document
     change(placed)
-    assert messages[-1].startswith("The box of link0 is locked")
+    assert box_messages[-1].startswith("The box of link0 is locked")
     assert placed.document is before
     assert placed.view.draft is None
     assert placed.handles() == ()
@@ -441,13 +289,13 @@ def test_a_face_grows_along_the_arrow_and_the_opposite_one_shrinks_along_it(
     assert box_of(session).size_um == pytest.approx((500.0, 4000.0, 4000.0))
 
 
-def test_the_cross_section_is_fixed_until_it_is_freed(placed: Session, messages: list[str]) -> None:
+def test_the_cross_section_is_fixed_until_it_is_freed(placed: Session, box_messages: list[str]) -> None:
     before = placed.document
     wider = replace(box_of(placed), size_um=(500.0, 4100.0, 4000.0))
     placed.move_face(2, 1, leading=True)
-    assert messages[-1] == "The cross-section of link0 is fixed: press C to free it"
+    assert box_messages[-1] == "The cross-section of link0 is fixed: press C to free it"
     placed.type_box("link0", wider)
-    assert "cross-section of link0 is fixed" in messages[-1]
+    assert "cross-section of link0 is fixed" in box_messages[-1]
     assert placed.document is before
     assert len(placed.handles()) == 5
     placed.free_cross_section("link0", True)
@@ -495,24 +343,24 @@ def test_typing_gives_an_unplaced_link_a_box(boxes_session: Session) -> None:
     ],
 )
 def test_keys_say_so_where_no_box_is_placed(
-    boxes_session: Session, messages: list[str], change: Callable[[Session], None]
+    boxes_session: Session, box_messages: list[str], change: Callable[[Session], None]
 ) -> None:
     change(boxes_session)
-    assert messages[-1] == "link0 has no box yet: place it first, or choose one that is placed"
+    assert box_messages[-1] == "link0 has no box yet: place it first, or choose one that is placed"
     boxes_session.activate(None)
     change(boxes_session)
-    assert "Choose a box that is placed first" in messages[-1]
+    assert "Choose a box that is placed first" in box_messages[-1]
     assert boxes_session.undo_stack.count == 0
 
 
-def test_keypoints_of_boxes_are_no_parts_of_the_document(placed: Session, messages: list[str]) -> None:
+def test_keypoints_of_boxes_are_no_parts_of_the_document(placed: Session, box_messages: list[str]) -> None:
     before = placed.document
     placed.begin_preview("k0", (1.0, 1.0, 1.0), "dragged")
-    assert "drag the handles" in messages[-1]
+    assert "drag the handles" in box_messages[-1]
     placed.type_position("k0", (1.0, 1.0, 1.0))
-    assert "no box 'k0'" in messages[-1]
+    assert "no box 'k0'" in box_messages[-1]
     placed.snap("edge")
-    assert "boxes do not snap" in messages[-1]
+    assert "boxes do not snap" in box_messages[-1]
     assert placed.document is before
     assert placed.view.preview is None
 
@@ -539,21 +387,9 @@ def test_boxes_are_judged_like_keypoints(placed: Session) -> None:
     assert placed.handles() == ()
 
 
-def test_all_placed_is_said_in_words_of_the_method(boxes_session: Session, messages: list[str]) -> None:
+def test_all_placed_is_said_in_words_of_the_method(boxes_session: Session, box_messages: list[str]) -> None:
     for link in ("link0", "link1", "link2"):
         section_um = boxes_session.tool.link(link).cross_section_um  # type: ignore[union-attr]
         boxes_session.type_box(link, Box((1.0, 2.0, 3.0), (500.0, *section_um), (1.0, 0.0, 0.0, 0.0)))
     boxes_session.activate_next_unplaced()
-    assert messages[-1] == "All boxes are placed"
-
-
-def test_choosing_the_active_link_again_drops_nothing_that_is_proposed(boxes_session: Session) -> None:
-    session = boxes_session
-    session.set_mode("place")
-    session.activate("link0")
-    session.pick_ray(Ray((318.0, 405.0, -100.0), (0.0, 0.0, 1.0)))
-    assert session.view.preview is not None
-    session.activate("link0", jump=True)
-    assert session.view.preview is not None
-    session.activate("link1")
-    assert session.view.preview is None
+    assert box_messages[-1] == "All boxes are placed"

@@ -18,6 +18,7 @@ from annotations.geometry.tool_library import shipped_tools
 from annotator.session import Session
 from annotator.session.files.deriving import roll_meanings, write_derived
 from annotator.session.options import SessionOptions
+from tests.annotator.status_line import messages_of
 
 FORCEPS = shipped_tools()["magnetic-forceps"]
 # Both joints bent: the second one tells the hinge's sense.
@@ -41,9 +42,7 @@ def wait_for_method(qtbot: QtBot, session: Session, method: str) -> None:
 
 @pytest.fixture
 def messages(session: Session) -> list[str]:
-    said: list[str] = []
-    session.message_posted.connect(said.append)
-    return said
+    return messages_of(session)
 
 
 def test_boxes_follow_from_keypoints_and_are_opened(

@@ -6,7 +6,8 @@ from annotations.documents.record import changed
 from annotations.documents.study import ViewingRules, load_study, save_study
 from annotations.errors import UserError
 from tests.annotations.prediction.tiny_networks import save_tiny
-from tests.annotator.predicted_study import LONG_MS, messages_of, opened, predict, settle
+from tests.annotator.predicted_study import LONG_MS, opened, predict, settle
+from tests.annotator.status_line import messages_of
 
 
 def again(folder, **rules):

@@ -23,12 +23,12 @@ from tests.annotator.predicted_study import (
     LONG_MS,
     NAME,
     OFF_UM,
-    messages_of,
     opened,
     predict,
     settle,
     true_um,
 )
+from tests.annotator.status_line import messages_of
 
 
 def path_of(folder, volume_id):
