@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -63,14 +64,24 @@ def test_the_longest_step_is_found_and_its_culprit_named(qtbot: QtBot) -> None:
         while time.perf_counter() < begun_s + 1.6 * LIMIT_MS / 1000 or len(watchdog._samples) < 3:
             assert time.perf_counter() < begun_s + 30
 
+    def steps_of_culprit() -> list[Step]:
+        return [step for step in watch.longest if step.stacks and step.stacks[0].endswith("culprit")]
+
     with watchdog as watch:
         QTimer.singleShot(20, culprit)
-        qtbot.waitUntil(lambda: watch.rest_ms >= 1.6 * LIMIT_MS, timeout=60_000)
+        # Not by how long the longest is: that may be one in which the machine was busy with something else.
+        qtbot.waitUntil(lambda: bool(steps_of_culprit()), timeout=60_000)
 
     assert watch.over_limit >= 1
-    assert watch.rest_ms >= 1.6 * LIMIT_MS
-    assert any(step.culprit.endswith("culprit") for step in watch.longest)
+    assert watch.rest_ms >= steps_of_culprit()[0].rest_ms >= 1.6 * LIMIT_MS
     assert json.loads(json.dumps(watch.plain()))["longest"][0]["rest_ms"] == watch.rest_ms
+
+
+def test_a_step_without_the_processor_has_waited_for_another_thread() -> None:
+    step = Step(ms=100.0, cpu_ms=90.0, frame_ms=0.0, at_s=0.0, stacks=("drawing",), beside="reading")
+    assert step.culprit == "drawing"
+    assert replace(step, cpu_ms=10.0).culprit == "waiting for another thread: reading"
+    assert replace(step, cpu_ms=10.0, beside="").culprit == "drawing"
 
 
 def test_one_frame_of_vtk_is_taken_off_a_step(qtbot: QtBot) -> None:
