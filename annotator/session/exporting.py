@@ -81,7 +81,7 @@ class Exporting(QObject):
         )
 
     def cancel(self) -> None:
-        """Give up what is being written: no file is left of it."""
+        """Give up what is being written: no file is left of it, unless it is written by now."""
         if self._job is not None:
             self._session.jobs.cancel(self._job)
 

@@ -39,7 +39,7 @@ class Job:
     shown : bool
         Whether it is worth a progress bar, and a person may cancel it.
     writes : bool
-        Whether it leaves files, so that what is cancelled after its end is done.
+        Whether it writes files: one that had written them when it was cancelled is done.
     """
 
     def __init__(self, title: str, *, shown: bool, writes: bool) -> None:
@@ -110,8 +110,9 @@ class Jobs(QObject):
         """Run ``work(progress, cancelled)`` in a thread; progress is announced ten times a second at most.
 
         It begins after the delay, as soon as a thread is free; in ``running`` it is at once. Then, in this
-        object's thread, ``done(result)`` or ``failed(exception)`` is called, or for a job that was cancelled,
-        ``cancelled()``. After `close` nothing begins, and nothing is called.
+        object's thread, ``done(result)`` or ``failed(exception)`` is called; for a job that was cancelled
+        ``cancelled()`` instead, unless it writes and has come to its end. After `close` nothing begins or is
+        called, and what is returned has been cancelled.
         """
         job = Job(title, shown=shown, writes=writes)
         if self._closed:
@@ -150,7 +151,7 @@ class Jobs(QObject):
         return job
 
     def cancel(self, job: Job) -> None:
-        """Ask a job to stop; what it was to deliver is dropped, even if it is ready, unless it writes."""
+        """Ask a job to stop; what it was to deliver is dropped, even if it is ready, as `start` says."""
         job.request_cancel()
 
     def close(self) -> None:

@@ -1,7 +1,8 @@
 """A real session on a small volume, with a bright slab whose surfaces are known."""
 
 import gc
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -91,6 +92,31 @@ def delays_ms(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
 
     monkeypatch.setattr(Jobs, "start", noted)
     return delays_ms
+
+
+@pytest.fixture
+def cancelled_too_late(monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """Titles of jobs that are cancelled when their work has ended and nobody has heard of it yet."""
+    titles: set[str] = set()
+    start = Jobs.start
+
+    def started(jobs: Jobs, title: str, work: Callable[..., Any], **options: Any) -> Job:
+        if title not in titles:
+            return start(jobs, title, work, **options)
+        known, is_known = [], threading.Event()
+
+        def work_and_cancel(*arguments: Any) -> Any:
+            result = work(*arguments)
+            assert is_known.wait(10)
+            jobs.cancel(known[0])
+            return result
+
+        known.append(start(jobs, title, work_and_cancel, **options))
+        is_known.set()
+        return known[0]
+
+    monkeypatch.setattr(Jobs, "start", started)
+    return titles
 
 
 def open_and_wait(qtbot: QtBot, session: Session, path: Path) -> None:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ def converted(weights_path: Path, output: Path, cancelled: Callable[[], bool]) -
     weights_path : Path
         Absolute.
     output : Path
-        A file of that name is replaced, once there is a whole checkpoint to replace it with.
+        A file of that name is replaced, once there is a checkpoint to replace it with that can be loaded.
     cancelled : callable
         Asked whether to stop.
 
@@ -45,9 +46,13 @@ def converted(weights_path: Path, output: Path, cancelled: Callable[[], bool]) -
     with tempfile.TemporaryDirectory(prefix="oct-annotator-") as name:
         made = Path(name) / "made.onnx"
         _run(weights_path, made, cancelled)
-        content = made.read_bytes()
-    replace_durably(output, content)
-    return load_checkpoint(output)
+        try:
+            checkpoint = load_checkpoint(made)
+        except UserError as error:
+            # Not by the name of a file that is gone when a person reads it.
+            raise _failure(weights_path, f"What came of them cannot be used: {error.problem}") from error
+        replace_durably(output, made.read_bytes())
+    return replace(checkpoint, path=output)
 
 
 def _run(weights_path: Path, made: Path, cancelled: Callable[[], bool]) -> None:
@@ -70,11 +75,11 @@ def _run(weights_path: Path, made: Path, cancelled: Callable[[], bool]) -> None:
                 raise Cancelled
     if process.returncode != 0 or not made.is_file():
         reason = _reason(result, messages, process.returncode)
-        raise UserError(
-            "no checkpoint was made of these weights",
-            where=weights_path,
-            remedy=reason.removeprefix(f"{weights_path}: ").removesuffix("."),
-        )
+        raise _failure(weights_path, reason.removeprefix(f"{weights_path}: ").removesuffix("."))
+
+
+def _failure(weights_path: Path, reason: str) -> UserError:
+    return UserError("no checkpoint was made of these weights", where=weights_path, remedy=reason)
 
 
 def _reason(result: str, messages: str, code: int) -> str:

@@ -250,6 +250,16 @@ def test_an_export_that_is_given_up_leaves_no_file(
     assert said == ["Cancelled: nothing was written"]
 
 
+def test_an_export_that_is_given_up_when_it_is_written_is_there(
+    qtbot: QtBot, opened: Open, folder: Path, tmp_path: Path, cancelled_too_late: set[str]
+) -> None:
+    session = opened(folder)
+    cancelled_too_late.add("Exporting for training")
+    with qtbot.waitSignal(session.exporting.exported):
+        session.exporting.export(tmp_path / "targets.csv", BEN)
+    assert (tmp_path / "targets.csv").exists()
+
+
 @pytest.mark.parametrize("person", ["anna", "nobody"])
 def test_who_is_no_reviewer_exports_nothing(opened: Open, folder: Path, tmp_path: Path, person: str) -> None:
     session = opened(folder, person)

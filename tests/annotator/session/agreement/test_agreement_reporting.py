@@ -56,6 +56,17 @@ def test_a_report_that_cannot_be_written_leaves_nothing_and_says_so(
     assert (tmp_path / "file").read_text() == "in the way"
 
 
+def test_a_report_that_is_cancelled_when_it_is_written_is_there(
+    qtbot: QtBot, rita: Session, tmp_path: Path, cancelled_too_late: set[str]
+) -> None:
+    compute(qtbot, rita)
+    cancelled_too_late.add("Writing the report")
+    with qtbot.waitSignal(rita.agreement_reporting.exported, timeout=60_000) as written:
+        rita.agreement_reporting.export(tmp_path / "report", {"json"})
+
+    assert all(path.exists() for path in written.args[0])
+
+
 def test_nothing_is_exported_before_anything_is_computed(rita: Session, tmp_path: Path) -> None:
     rita.agreement_reporting.export(tmp_path / "report", set(AGREEMENT_NAMES))
 

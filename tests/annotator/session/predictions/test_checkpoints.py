@@ -106,7 +106,7 @@ def test_weights_become_a_checkpoint(qtbot, session, stub, weights, output, made
     session.message_posted.connect(messages.append)
     with qtbot.waitSignal(session.checkpoints.converted, timeout=30_000) as converted:
         session.checkpoints.convert(weights, output)
-        (job,) = session.jobs.running
+        (job,) = session.jobs.shown
         assert job.shown
         assert job.title == "Making best.onnx"
     assert converted.args[0].path == output
@@ -119,6 +119,11 @@ def test_a_checkpoint_is_replaced_only_by_a_whole_one(qtbot, session, stub, weig
     output.write_bytes(b"the one before")
     stub("sys.exit(1)")
     failure(qtbot, session, weights, output)
+    assert output.read_bytes() == b"the one before"
+    stub('open(output, "w").write("half a network")')
+    error = failure(qtbot, session, weights, output)
+    assert error.where == weights
+    assert "cannot be used" in str(error)
     assert output.read_bytes() == b"the one before"
     stub(f"shutil.copy({str(made)!r}, output)")
     with qtbot.waitSignal(session.checkpoints.converted, timeout=30_000):
@@ -153,7 +158,7 @@ def test_a_conversion_can_be_cancelled(qtbot, session, stub, weights, output):
     begun = weights.with_name("best.pt.begun")
     session.checkpoints.convert(weights, output)
     qtbot.waitUntil(begun.exists, timeout=30_000)
-    (job,) = session.jobs.running
+    (job,) = session.jobs.shown
     with qtbot.waitSignal(session.message_posted, timeout=30_000) as posted:
         session.jobs.cancel(job)
     assert posted.args == [CANCELLED]
@@ -163,13 +168,23 @@ def test_a_conversion_can_be_cancelled(qtbot, session, stub, weights, output):
     assert "code 3" in failure(qtbot, session, weights, output).remedy
 
 
+def test_a_checkpoint_whose_making_is_cancelled_when_it_is_written_is_there(
+    qtbot, session, stub, weights, output, made, cancelled_too_late
+):
+    stub(f"shutil.copy({str(made)!r}, output)")
+    cancelled_too_late.add("Making best.onnx")
+    with qtbot.waitSignal(session.checkpoints.converted, timeout=30_000):
+        session.checkpoints.convert(weights, output)
+    assert output.read_bytes() == made.read_bytes()
+
+
 def test_one_conversion_at_a_time(qtbot, session, stub, weights, output):
     stub("time.sleep(600)")
     session.checkpoints.convert(weights, output)
     with qtbot.waitSignal(session.message_posted) as posted:
         session.checkpoints.convert(weights, output)
     assert posted.args == ["A checkpoint is being made already"]
-    (job,) = session.jobs.running
+    (job,) = session.jobs.shown
     session.jobs.cancel(job)
     qtbot.waitUntil(lambda: not session.jobs.running, timeout=30_000)
 
