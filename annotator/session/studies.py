@@ -210,6 +210,8 @@ class Studies(QObject):
             lambda _progress, _cancelled: work(),
             done=done,
             failed=lambda error: self._tell(error, failed),
+            # The dialog waits for the end of it, and half of a study is none: nobody is to cancel it.
+            shown=False,
         )
 
     def _tell(self, error: Exception, whoever_waits: SignalInstance) -> None:

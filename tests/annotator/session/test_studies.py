@@ -146,6 +146,14 @@ def test_after_a_change_the_list_is_read_anew_and_the_open_document_stays(
     assert (folder / "study.toml.bak").exists()
 
 
+def test_nobody_cancels_what_writes_a_study(qtbot: QtBot, opened: Session) -> None:
+    before = opened.studies.study
+    with qtbot.waitSignal(opened.studies.changed):
+        opened.studies.change(before, with_annotators(before, ["cara"]))
+        assert [job.title for job in opened.jobs.running] == ["Changing the study"]
+        assert opened.jobs.shown == ()
+
+
 def test_what_somebody_else_changed_meanwhile_is_not_overwritten(
     qtbot: QtBot, opened: Session, folder: Path
 ) -> None:
