@@ -130,8 +130,11 @@ def _let_go(error: BaseException | None) -> None:
     Python keeps the last error that nobody caught, in `sys.last_value`, until the next one.
     """
     let_go: set[int] = set()
-    # An error may have been raised from itself.
-    while error is not None and id(error) not in let_go:
-        let_go.add(id(error))
-        traceback.clear_frames(error.__traceback__)
-        error = error.__cause__ or error.__context__
+    linked = [error]
+    while linked:
+        error = linked.pop()
+        # An error may have been raised from itself.
+        if error is not None and id(error) not in let_go:
+            let_go.add(id(error))
+            traceback.clear_frames(error.__traceback__)
+            linked += [error.__cause__, error.__context__]
