@@ -158,6 +158,11 @@ class Session(SessionStepping):
         self._opener.provide_spacing(path, answer)
 
     @property
+    def is_opening(self) -> bool:
+        """Whether a document is being opened or read again, or a question about that waits for its answer."""
+        return self._opener.request is not None
+
+    @property
     def opening_label(self) -> str:
         """The number of the volume that is being opened in blind work; else empty, as it has a name."""
         request = self._opener.request
@@ -251,11 +256,6 @@ class Session(SessionStepping):
         """Read the document from its file again, and give up the unsaved edits once that has succeeded."""
         if self._current_index is not None:
             self._open(self._worklist, self._current_index, rereads=True)
-
-    @property
-    def is_opening(self) -> bool:
-        """Whether a document is being opened, or read again, or a person is asked about one."""
-        return self._opener.request is not None
 
     def _look_at(
         self,

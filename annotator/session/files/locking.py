@@ -85,7 +85,7 @@ class SessionLocking(SessionSaving):
 
     @property
     def is_opening(self) -> bool:
-        """Whether a document is being opened, or read again, or a person is asked about one."""
+        """Whether a document is being opened or read again, or a question about that waits for its answer."""
         raise NotImplementedError
 
     def _claim_lock(self, opened: Opened) -> None:
@@ -197,7 +197,7 @@ class SessionLocking(SessionSaving):
             self._locks.look_whether_free(self._file.path, self._on_locks_found_free)
 
     def _on_locks_found_free(self) -> None:
-        # Not in place of a volume that a person has asked for, nor before the last try has ended.
+        # Not in place of a volume that a person has asked for, nor anew before it has been read once.
         if self._waiting.isActive() and not self.unsaved and not self.is_opening:
             self.try_again()
 

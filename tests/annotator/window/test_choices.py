@@ -1,6 +1,7 @@
 """What a person chooses: name, looks, tool, what to open; and that it is remembered."""
 
 import shutil
+import threading
 
 import pytest
 from PySide6.QtCore import Qt
@@ -21,6 +22,7 @@ from annotator.dialogs.about_dialog import AboutDialog
 from annotator.dialogs.settings_dialog import SettingsDialog
 from annotator.dialogs.shortcut_sheet import ShortcutSheet
 from annotator.looks import theme
+from annotator.session.volumes import opening
 from annotator.settings import Settings
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
@@ -111,7 +113,7 @@ def test_file_is_opened_by_key_and_is_recent(
     person.press(Qt.Key.Key_O, CONTROL)
     session = empty_window.session
     qtbot.waitUntil(lambda: session.volume is not None and not session.jobs.running)
-    assert not empty_window.findChild(QWidget, "start_page").isVisible()
+    qtbot.waitUntil(lambda: not empty_window.findChild(QWidget, "start_page").isVisible())
     assert settings.recent_paths == (volume_path,)
 
     person.press(Qt.Key.Key_W, CONTROL)
@@ -231,11 +233,19 @@ def test_dialog_offers_every_volume_that_can_be_opened(monkeypatch, empty_window
     assert volumes == f"Volumes ({' '.join(f'*{suffix}' for suffix in SUFFIXES)})"
 
 
-def test_start_page_says_what_is_being_opened(qtbot, empty_window, volume_path):
+def test_start_page_says_what_is_being_opened(qtbot, monkeypatch, empty_window, volume_path):
+    find, is_seen = opening.find, threading.Event()
+
+    def find_once_it_is_seen(request):
+        assert is_seen.wait(10)
+        return find(request)
+
+    monkeypatch.setattr(opening, "find", find_once_it_is_seen)
     title = empty_window.findChild(QLabel, "start_title")
     assert title.text() == "Open a volume to annotate"
     empty_window.open_path(volume_path)
-    qtbot.waitUntil(lambda: title.text().startswith(("Looking at", "Opening", "Reading")))
+    qtbot.waitUntil(lambda: title.text().startswith(f"Opening {volume_path.name}"))
+    is_seen.set()
     qtbot.waitUntil(lambda: empty_window.session.volume is not None)
 
 

@@ -180,6 +180,7 @@ class Searcher:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.go_on = threading.Event()
+        self.go_on.set()
         self.result: tuple[Mistake, ...] = ()
         self.thorough: list[bool] = []
         monkeypatch.setattr(mistake_search, "likely_mistakes", self._search)
@@ -201,7 +202,6 @@ def test_while_it_is_looked_nothing_flickers(
     qtbot: QtBot, searcher: Searcher, session: Session, panel: PosePanel
 ) -> None:
     searcher.result = (Mistake("displaced", ("k3",), "k3 is off.", 0.99, 100.0, 1.0, 5),)
-    searcher.go_on.set()
     place_all(qtbot, session)
     row = found(panel, QWidget, "mistake_0")
     searcher.go_on.clear()
@@ -217,7 +217,6 @@ def test_while_it_is_looked_nothing_flickers(
 def test_every_order_is_tried_on_demand(
     qtbot: QtBot, searcher: Searcher, session: Session, panel: PosePanel
 ) -> None:
-    searcher.go_on.set()
     place_all(qtbot, session)
     qtbot.mouseClick(found(panel, QPushButton, "mistakes_every_order"), LEFT)
     settle(qtbot, session)
@@ -229,7 +228,6 @@ def test_another_volume_has_none_of_the_mistakes_of_the_last_one(
     qtbot: QtBot, searcher: Searcher, session: Session, panel: PosePanel
 ) -> None:
     searcher.result = (Mistake("displaced", ("k3",), "k3 is off.", 0.99, 100.0, 1.0, 5),)
-    searcher.go_on.set()
     place_all(qtbot, session)
     assert found(panel, QWidget, "mistake_0")
     searcher.go_on.clear()

@@ -1,9 +1,7 @@
 """What stands in the list of volumes."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QTreeView,
-)
+from PySide6.QtWidgets import QTreeView
 
 from annotator.panels.worklist.worklist_panel import WorklistPanel
 from tests.annotator.redrawn import redrawn
