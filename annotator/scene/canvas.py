@@ -9,40 +9,15 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QGuiApplication, QImage, QPainter, QPlatformSurfaceEvent
 from PySide6.QtWidgets import QWidget
 from tvtk.api import tvtk
-from tvtk.pyface.api import Scene
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from annotator.looks.redrawing import Redrawing
+from annotator.scene.mayavi_scene import MayaviScene
 
 # What Mayavi's scene is made of. Each is compiled when it is first asked for: better now, in the thread that
 # imports this module, than when the scene is built and the window stands still.
-for _name in [
-    "Actor",
-    "AlgorithmOutput",
-    "Axes",
-    "CellPicker",
-    "Coordinate",
-    "OpenGLCamera",
-    "OpenGLProperty",
-    "OpenGLRenderWindow",
-    "OpenGLTextActor",
-    "PointPicker",
-    "PolyData",
-    "PolyDataMapper",
-    "TextRepresentation",
-    "TextWidget",
-    "WorldPointPicker",
-    "XOpenGLRenderWindow",
-]:
+for _name in ("OpenGLCamera", "OpenGLRenderWindow", "XOpenGLRenderWindow"):
     getattr(tvtk, _name, None)
-
-
-def find_opengl() -> object:
-    """Let VTK try what it can draw with, as it does for each window, and return what it tried.
-
-    The first time that loads OpenGL: as long as this is kept, not again.
-    """
-    return vtk.vtkRenderWindow()
 
 
 class Canvas(QObject):
@@ -55,8 +30,8 @@ class Canvas(QObject):
 
     Attributes
     ----------
-    scene : tvtk.pyface.api.Scene
-        Mayavi's scene; registered with an engine of its own, so that Mayavi's pipelines can be added to it.
+    scene : MayaviScene
+        Registered with an engine of its own, so that Mayavi's pipelines can be added to it.
     widget : QWidget
         What it is drawn on.
     window : vtkRenderWindow
@@ -64,25 +39,26 @@ class Canvas(QObject):
         Mayavi's own renderer.
     """
 
-    def __init__(self, parent: QWidget, draw: Callable[[], None]) -> None:
+    def __init__(self, parent: QWidget, draw: Callable[[], None], window: vtk.vtkRenderWindow) -> None:
         super().__init__(parent)
         self._draw = draw
         self._open = True
         self._is_asked = self._is_due = self._is_wanted = False
         self._turn = Redrawing(self._ask_in_turn, self)
-        self.scene = Scene(parent)
+        self.window = window
+        self.scene = MayaviScene(parent, window)
         self._engine = Engine()
         self._engine.start()
         self._engine.add_scene(self.scene)
         self.widget: QWidget = self.scene.control
-        self.window = tvtk.to_vtk(self.scene.render_window)
         self.renderer = tvtk.to_vtk(self.scene.renderer)
         self.window.SetMultiSamples(0)  # 30 ms a frame without a GPU
         # Mayavi's copy of the window's properties, which nobody reads, was made anew several times a frame.
         self.scene.render_window.teardown_observers()
-        # On a platform without screen VTK draws into memory, and the picture is painted like any widget's:
-        # so a window can be grabbed whole.
-        self._painted = QGuiApplication.platformName() == "offscreen"
+        # On a platform without screen, or a screen without OpenGL, VTK draws into memory, and the picture is
+        # painted like any widget's: so a window can be grabbed whole.
+        in_memory = window.IsA("vtkOSOpenGLRenderWindow")
+        self._painted = bool(in_memory) or QGuiApplication.platformName() == "offscreen"
         # There is nothing to be seen, nor to be read, before the first frame.
         self.widget.hide()
         if self._painted:
@@ -132,8 +108,12 @@ class Canvas(QObject):
             return True
         return False
 
+    def make_context(self) -> None:
+        """Let VTK make OpenGL's context, which the first frame would do."""
+        self.window.Initialize()
+
     def draw_first(self) -> None:
-        """Draw an empty frame, for which OpenGL's context is made."""
+        """Draw an empty frame, for which VTK makes what it needs for any."""
         self.window.Render()
 
     def show(self) -> None:
@@ -210,7 +190,7 @@ class Canvas(QObject):
         self.widget.update()
 
 
-def _let_go(scene: Scene, engine: Engine) -> None:
+def _let_go(scene: MayaviScene, engine: Engine) -> None:
     if engine.scenes:
         engine.remove_scene(scene)
         engine.stop()

@@ -9,6 +9,7 @@ import hashlib
 import importlib.util
 import logging
 import marshal
+import subprocess
 import sys
 import zipimport
 from collections.abc import Iterator
@@ -23,13 +24,23 @@ _ARCHIVE = "tvtk_classes.zip"
 _PACKAGE = "tvtk_classes"
 _KEPT = "tvtk-classes.code"
 
+# Takes some 25 ms.
+_LARGE_CHARS = 100_000
+_COMPILE = """
+import marshal, sys
+source, filename, optimize = marshal.load(sys.stdin.buffer)
+code = compile(source, filename, "exec", dont_inherit=True, optimize=optimize)
+marshal.dump(code, sys.stdout.buffer)
+"""
+
 
 @contextlib.contextmanager
 def kept_classes(folder: Path) -> Iterator[None]:
     """Import TVTK's classes as they were compiled before, and keep what is compiled in the block.
 
-    To compile them takes a seventh of Mayavi's import, and the largest of them keeps Python's lock for 50 ms.
-    What cannot be read is compiled, what cannot be written is not kept.
+    To compile them takes a seventh of Mayavi's import, and keeps Python's lock for that long: for the largest
+    of them 50 ms, so that another process does it. What cannot be read is compiled, what cannot be written is
+    not kept.
 
     Parameters
     ----------
@@ -68,8 +79,26 @@ class _Importer(zipimport.zipimporter):
     def get_code(self, fullname: str) -> CodeType:
         code = self._codes.get(fullname)
         if code is None:
-            code = self._codes[fullname] = super().get_code(fullname)
+            code = self._codes[fullname] = self._compiled_apart(fullname) or super().get_code(fullname)
         return code
+
+    def _compiled_apart(self, fullname: str) -> CodeType | None:
+        """Let another process compile a large module; None where it is not large, or that did not work."""
+        source = self.get_source(fullname)
+        if source is None or len(source) < _LARGE_CHARS:
+            return None
+        try:
+            done = subprocess.run(
+                [sys.executable, "-I", "-S", "-c", _COMPILE],
+                input=marshal.dumps((source, self.get_filename(fullname), sys.flags.optimize)),
+                capture_output=True,
+                check=True,
+                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+            )
+            return marshal.loads(done.stdout)
+        except (OSError, subprocess.CalledProcessError, EOFError) as error:
+            _log.warning("%s is compiled here: %s", fullname, error)
+            return None
 
     def get_filename(self, fullname: str) -> str:
         path = Path(self.archive, self.prefix, fullname.rpartition(".")[2])

@@ -1,6 +1,5 @@
 """The scene's widget: gathers what the session says to be drawn, and tells it what was clicked."""
 
-from collections.abc import Generator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -19,10 +18,10 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from annotations.geometry.frames import Vector, vector, voxel_to_um
-from annotator.looks.redrawing import Redrawing
 from annotator.looks.windowing import dragged_window
 from annotator.scene.camera import Camera, aimed, fitted, preset, shifted, turned, zoomed
 from annotator.scene.colors import ground
+from annotator.scene.construction import Construction
 from annotator.scene.gestures import Gestures
 from annotator.scene.hand import Hand
 from annotator.scene.picking import Picture
@@ -33,7 +32,6 @@ from annotator.session.viewing.view import Preset, View
 from annotator.settings import Renderer
 
 if TYPE_CHECKING:
-    from annotator.scene.canvas import Canvas
     from annotator.scene.stage import SceneLook, Stage
 
 REST_MS = 130
@@ -71,15 +69,10 @@ class SceneView(QWidget):
         self._layout = QVBoxLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._session = session
-        self._renderer = renderer
+        self._construction = Construction(self, renderer, self._draw)
+        self._construction.finished.connect(self._on_construction_finished)
         self._hand = Hand(session)
         self._cursor_at: QPointF | None = None
-        self._canvas: Canvas | None = None
-        self._stage: Stage | None = None
-        self._steps: Generator[Stage | None] | None = None
-        self._is_building = False
-        self._building = Redrawing(self._build_in_turn, self)
-        self._closed = False
         self._camera: Camera | None = None
         self._fitted: Camera | None = None
         self._parallel = True
@@ -106,64 +99,23 @@ class SceneView(QWidget):
 
     def start(self) -> None:
         """Build the Mayavi scene; does nothing where it is built already."""
-        self._building.drop()
-        while self._build_next():
-            pass
+        self._construction.finish()
 
     def start_in_turns(self) -> None:
         """Build it in turns of the event loop, between which the window answers; ``started`` follows."""
-        self._building.ask_apart()
+        self._construction.finish_in_turns()
 
-    def _build_in_turn(self) -> None:
-        if self._build_next():
-            self._building.ask_apart()
+    @property
+    def _stage(self) -> "Stage | None":
+        return self._construction.stage
 
-    def _build_next(self) -> bool:
-        """Take the next step; return whether another one follows. One that failed is begun again."""
-        # Asked for by what a step has called: the rest follows.
-        if self._closed or self._stage is not None or self._is_building:
-            return False
-        self._steps = self._steps or self._build()
-        self._is_building = True
-        try:
-            self._stage = next(self._steps)
-        except BaseException:
-            self._forget_canvas()
-            raise
-        finally:
-            self._is_building = False
-        if self._stage is None:
-            return True
-        self._steps = None
-        self.started.emit()
-        return False
-
-    def _forget_canvas(self) -> None:
-        canvas, self._canvas, self._steps = self._canvas, None, None
-        if canvas is not None:
-            canvas.close()
-
-    def _build(self) -> Generator["Stage | None"]:
-        """Build the scene in steps; the fourth is VTK's first frame, and the last one has the stage."""
-        from annotator.scene.canvas import Canvas, find_opengl
-        from annotator.scene.stage import Stage
-
-        # Kept until the scene has a window of its own: OpenGL would go with it, and come again.
-        tried = find_opengl()
-        yield None
-        # Those of the system's windows in which that of the scene stands.
-        self.winId()
-        yield None
-        self._canvas = Canvas(self, self._draw)
-        del tried
-        yield None
-        self._canvas.draw_first()
-        yield None
-        stage = Stage(self._canvas, self._renderer)
-        self._take_in(self._canvas.widget)
-        self._canvas.show()
-        self._canvas.widget.update()
-        yield stage
+    @Slot()
+    def _on_construction_finished(self) -> None:
+        if self._stage is not None:
+            self._take_in(self._stage.canvas.widget)
+            self._stage.canvas.show()
+            self._redraw()
+            self.started.emit()
 
     def _take_in(self, canvas: QWidget) -> None:
         canvas.setObjectName("scene_canvas")
@@ -184,14 +136,9 @@ class SceneView(QWidget):
 
     def shut_down(self) -> None:
         """Let go of everything that Mayavi, VTK and OpenGL hold; call it before the window goes."""
-        self._closed = True
         self._rest.stop()
         self._follow.stop()
-        self._building.drop()
-        if self._canvas is not None:
-            self._canvas.close()
-        # What VTK has tried goes with them.
-        self._steps = None
+        self._construction.end()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from annotations.errors import UserError
+from annotator.scene.x_display import XDisplay, opengl_library
 
 OSMESA_NAMES = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
 _SCREENLESS_PLATFORMS = ("offscreen", "minimal", "vnc")
@@ -59,7 +60,7 @@ def explain_import_error(error: ImportError) -> ToolkitError:
 
 
 def _draw_in_memory() -> None:
-    if any(_library_loads(name) for name in OSMESA_NAMES):
+    if _has_osmesa():
         if _platform(os.environ) not in _SCREENLESS_PLATFORMS:
             os.environ["QT_QPA_PLATFORM"] = "offscreen"
         # Without this VTK picks EGL in an embedded widget, and draws garbage.
@@ -98,11 +99,32 @@ def _draw_on_display() -> None:
     missing = _missing_for_xcb()
     if missing:
         raise ToolkitError(f"Qt cannot open a window: {missing}", remedy=_INSTALL_FOR_WINDOW)
+    if opengl_library() is None:
+        raise ToolkitError(
+            "VTK cannot draw: neither libGLX nor libGL can be loaded", remedy=_INSTALL_FOR_WINDOW
+        )
+    if not _x_display_has_opengl():
+        _draw_scene_in_memory()
+
+
+def _draw_scene_in_memory() -> None:
+    """Let VTK draw without the display, which Qt shows the picture on."""
+    if not _has_osmesa():
+        raise ToolkitError(
+            f"the display {os.environ['DISPLAY']!r} has no OpenGL (its extension GLX)",
+            remedy="Start its X server with it (Xvnc and Xvfb: '+extension GLX'), or install what draws "
+            f"without: sudo apt-get install libosmesa6. {_DRAW_WITHOUT}",
+        )
+    os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = "vtkOSOpenGLRenderWindow"
 
 
 def _platform(environment: Mapping[str, str]) -> str:
     """Return the platform that a person chose for Qt, without its options."""
     return environment.get("QT_QPA_PLATFORM", "").split(";")[0].split(":")[0]
+
+
+def _has_osmesa() -> bool:
+    return any(_library_loads(name) for name in OSMESA_NAMES)
 
 
 def _library_loads(name: str) -> bool:
@@ -118,18 +140,22 @@ def _x_display_answers() -> bool:
     if not os.environ.get("DISPLAY"):
         return False
     try:
-        x11 = ctypes.CDLL("libX11.so.6")
+        XDisplay().close()
+    except ConnectionError:
+        return False
     except OSError:
         # Qt speaks xcb by itself; a missing libX11 shows when its plugin is looked at.
         return True
-    x11.XOpenDisplay.restype = ctypes.c_void_p
-    x11.XOpenDisplay.argtypes = [ctypes.c_char_p]
-    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
-    display = x11.XOpenDisplay(None)
-    if not display:
-        return False
-    x11.XCloseDisplay(display)
     return True
+
+
+def _x_display_has_opengl() -> bool:
+    """Say whether the X server named by DISPLAY shows what OpenGL draws."""
+    display = XDisplay()
+    try:
+        return display.has_opengl()
+    finally:
+        display.close()
 
 
 def _missing_for_xcb() -> str:

@@ -11,7 +11,7 @@ from annotations.fitting.pose_fit import prepare_fitting
 from annotations.volumes import prepare_cache
 from annotator.looks.redrawing import Redrawing
 from annotator.scene.compiled_classes import kept_classes
-from annotator.scene.drivers import Drivers
+from annotator.scene.drivers import load_drivers
 from annotator.scene.libraries import load_libraries
 from annotator.session import Session
 from annotator.window.qt_classes import QtClasses
@@ -38,7 +38,6 @@ class SceneImport(QObject):
         super().__init__(parent)
         self._session = session
         self._qt_classes = QtClasses(self)
-        self._drivers = Drivers(cache_folder(), QGuiApplication.platformName())
         self._beginning = Redrawing(self.begin, self)
         self._patience = QTimer(self, singleShot=True, interval=_PATIENCE_MS)
         self._patience.timeout.connect(self.begin)
@@ -58,18 +57,10 @@ class SceneImport(QObject):
         self._qt_classes.make(self._import)
 
     def complete(self) -> None:
-        """Do, once the scene has been drawn, what can wait until then.
+        """Import, once the scene has been drawn, what comparing annotators needs.
 
-        What it is drawn with is noted for the next start, and what comparing annotators needs is imported:
-        whoever presses the button would wait for Python's lock while the window is drawn.
+        Whoever presses the button would wait for Python's lock while the window is drawn.
         """
-        self._session.jobs.start(
-            "Noting what draws the scene",
-            lambda _progress, _cancelled: self._drivers.keep(),
-            done=lambda _: None,
-            failed=lambda error: _log.warning("What draws the scene is not noted: %s", error),
-            shown=False,
-        )
         self._session.jobs.start(
             "Preparing comparisons",
             lambda _progress, _cancelled: importlib.import_module("annotations.agreement.comparison"),
@@ -91,20 +82,21 @@ class SceneImport(QObject):
             self._beginning.ask_apart()
 
     def _import(self) -> None:
+        platform = QGuiApplication.platformName()
         self._session.jobs.start(
             "Preparing the scene",
-            lambda _progress, _cancelled: _load_for_fit_and_scene(self._drivers),
+            lambda _progress, _cancelled: _load_for_fit_and_scene(platform),
             done=lambda _: self.imported.emit(),
             failed=self.failed.emit,
             shown=False,
         )
 
 
-def _load_for_fit_and_scene(drivers: Drivers) -> None:
+def _load_for_fit_and_scene(platform: str) -> None:
     # First what takes less: the first level and the first fit need not wait for Mayavi.
     prepare_cache()
     prepare_fitting()
     load_libraries()
     with kept_classes(cache_folder()):
         importlib.import_module("annotator.scene.stage")
-    drivers.load()
+    load_drivers(platform)

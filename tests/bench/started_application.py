@@ -79,7 +79,7 @@ def main() -> int:
             return window.session.volume is not None and any(view.times_drawn for view in window.slices)
 
         def _has_scene(self, window: MainWindow) -> bool:
-            canvas = window.scene._canvas
+            canvas = window.scene._construction.canvas
             if canvas is not None and self._watchdog.frames is None:
                 # Before the first frame, for which OpenGL's context is made.
                 self._watchdog.frames = Frames(canvas.window)

@@ -3,6 +3,7 @@
 import builtins
 import importlib
 import logging
+import shutil
 import sys
 import zipfile
 from collections.abc import Iterator
@@ -38,10 +39,11 @@ def archive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         del sys.path_importer_cache[place]
 
 
-def write_classes(archive: Path, value: str) -> None:
+def write_classes(archive: Path, value: str, *, more: str = "") -> None:
+    source = f"VALUE = {value}\n\ndef fail():\n    raise OSError(VALUE)\n{more}"
     with zipfile.ZipFile(archive, "w") as file:
         file.writestr("tvtk_classes/__init__.py", "")
-        file.writestr("tvtk_classes/actor.py", f"VALUE = {value}\n\ndef fail():\n    raise OSError(VALUE)\n")
+        file.writestr("tvtk_classes/actor.py", source)
 
 
 def started(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[ModuleType, list[str]]:
@@ -86,6 +88,47 @@ def test_another_archive_is_compiled_anew(
     write_classes(archive, "22")
     module, compiled = started(tmp_path / "cache", monkeypatch)
     assert (module.VALUE, compiled) == (22, ["__init__.py", "actor.py"])
+
+
+LARGE = "MORE = [\n" + 10_000 * "    'a number: µ',\n" + "]\n"
+
+
+def test_another_process_compiles_a_large_module(
+    archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    write_classes(archive, "3", more=LARGE)
+    module, compiled = started(tmp_path / "cache", monkeypatch)
+    assert (module.VALUE, compiled) == (3, ["__init__.py"])
+    assert module.MORE == 10_000 * ["a number: µ"]
+    with pytest.raises(OSError, match="3") as raised:
+        module.fail()
+    assert str(raised.traceback[-1].path) == str(archive / "tvtk_classes" / "actor.py")
+    assert raised.traceback[-1].lineno == 3
+    assert started(tmp_path / "cache", monkeypatch)[1] == []
+    assert not caplog.records
+
+
+@pytest.mark.parametrize("python", ["absent", "false", "true"])
+def test_what_no_other_process_compiles_is_compiled_here(
+    archive: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    python: str,
+) -> None:
+    write_classes(archive, "3", more=LARGE)
+    monkeypatch.setattr(sys, "executable", shutil.which(python) or str(tmp_path / python))
+    module, compiled = started(tmp_path / "cache", monkeypatch)
+    assert (module.VALUE, compiled) == (3, ["__init__.py", "actor.py"])
+    assert "actor is compiled here" in caplog.text
+
+
+def test_a_large_module_with_an_error_says_where(
+    archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_classes(archive, "3", more=f"{LARGE}def\n")
+    with pytest.raises(SyntaxError, match=r"actor\.py"):
+        started(tmp_path / "cache", monkeypatch)
 
 
 @pytest.mark.parametrize("damage", ["cut", "changed", "empty"])

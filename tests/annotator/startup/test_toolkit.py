@@ -17,6 +17,8 @@ def environment(monkeypatch):
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
     monkeypatch.setattr(toolkit, "_x_display_answers", lambda: bool(os.environ.get("DISPLAY")))
+    monkeypatch.setattr(toolkit, "_x_display_has_opengl", lambda: True)
+    monkeypatch.setattr(toolkit, "opengl_library", object)
     monkeypatch.setattr(toolkit, "_library_loads", lambda _name: True)
     monkeypatch.setattr(toolkit, "_missing_for_xcb", lambda: "")
     return monkeypatch
@@ -88,6 +90,33 @@ def test_display_that_does_not_answer_is_named(environment):
     environment.setattr(toolkit, "_x_display_answers", lambda: False)
     with pytest.raises(ToolkitError, match=":77"):
         toolkit.prepare(headless=False)
+
+
+def test_where_the_display_has_no_opengl_the_scene_is_drawn_in_memory(environment):
+    environment.setenv("DISPLAY", ":0")
+    environment.setattr(toolkit, "_x_display_has_opengl", lambda: False)
+    toolkit.prepare(headless=False)
+    assert os.environ["QT_QPA_PLATFORM"] == "xcb"
+    assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
+
+
+def test_a_display_without_opengl_is_named_where_nothing_else_draws(environment):
+    environment.setenv("DISPLAY", ":0")
+    environment.setattr(toolkit, "_x_display_has_opengl", lambda: False)
+    environment.setattr(toolkit, "_library_loads", lambda _name: False)
+    with pytest.raises(ToolkitError) as raised:
+        toolkit.prepare(headless=False)
+    for named in (":0", "GLX", "+extension GLX", "libosmesa6"):
+        assert named in str(raised.value)
+
+
+def test_a_system_without_opengl_is_told_what_to_install(environment):
+    environment.setenv("DISPLAY", ":0")
+    environment.setattr(toolkit, "opengl_library", lambda: None)
+    with pytest.raises(ToolkitError) as raised:
+        toolkit.prepare(headless=False)
+    assert "libGL" in str(raised.value)
+    assert "libgl1" in str(raised.value)
 
 
 def test_missing_library_of_xcb_is_named_with_its_package(environment):

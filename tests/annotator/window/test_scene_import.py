@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from PySide6.QtGui import QGuiApplication
 from pytestqt.qtbot import QtBot
 
 from annotator.session import Session
@@ -18,7 +19,7 @@ MakeWindow = Callable[..., MainWindow]
 def begun(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     """Set when the import begins, which ends at once."""
     begun = threading.Event()
-    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", lambda _drivers: begun.set())
+    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", lambda _platform: begun.set())
     return begun
 
 
@@ -38,7 +39,7 @@ def test_it_waits_for_the_first_pictures_of_a_volume(
     monkeypatch.setattr(
         scene_import,
         "_load_for_fit_and_scene",
-        lambda _drivers: seen.append(all(view.times_drawn for view in window.slices)),
+        lambda _platform: seen.append(all(view.times_drawn for view in window.slices)),
     )
     window.open_path(volume_path)
     with qtbot.waitSignal(window.scene_prepared):
@@ -46,32 +47,21 @@ def test_it_waits_for_the_first_pictures_of_a_volume(
     assert seen == [True]
 
 
-class NotedDrivers:
-    """Notes what is asked of them, and by which thread."""
-
-    def __init__(self, *_: object) -> None:
-        self.calls: list[tuple[str, bool]] = []
-
-    def load(self) -> None:
-        self.calls.append(("load", threading.current_thread() is threading.main_thread()))
-
-    def keep(self) -> None:
-        self.calls.append(("keep", threading.current_thread() is threading.main_thread()))
-
-
-def test_what_draws_the_scene_is_loaded_in_the_thread_and_noted_once_it_has_drawn(
+def test_what_draws_the_scene_is_loaded_in_the_thread_before_it_is_built(
     qtbot: QtBot, make_window: MakeWindow, empty_session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drivers = NotedDrivers()
-    monkeypatch.setattr(scene_import, "Drivers", lambda *_: drivers)
+    loaded: list[tuple[str, bool]] = []
+    monkeypatch.setattr(
+        scene_import,
+        "load_drivers",
+        lambda platform: loaded.append((platform, threading.current_thread() is threading.main_thread())),
+    )
     window = make_window(empty_session)
     seen: list[list[tuple[str, bool]]] = []
-    monkeypatch.setattr(window.scene, "start_in_turns", lambda: seen.append([*drivers.calls]))
+    monkeypatch.setattr(window.scene, "start_in_turns", lambda: seen.append([*loaded]))
     window.prepare_scene()
     qtbot.waitUntil(lambda: bool(seen))
-    assert seen == [[("load", False)]]
-    window.scene.started.emit()
-    qtbot.waitUntil(lambda: drivers.calls == [("load", False), ("keep", False)])
+    assert seen == [[(QGuiApplication.platformName(), False)]]
 
 
 def test_it_begins_without_a_volume_that_keeps_a_person_waiting(
@@ -98,7 +88,7 @@ def test_it_begins_once(
 ) -> None:
     times: list[None] = []
     monkeypatch.setattr(scene_import, "_PATIENCE_MS", 300)
-    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", lambda _drivers: times.append(None))
+    monkeypatch.setattr(scene_import, "_load_for_fit_and_scene", lambda _platform: times.append(None))
     window = make_window(empty_session)
     monkeypatch.setattr(window.scene, "start_in_turns", lambda: None)
     window.prepare_scene(after_volume=True)

@@ -1,0 +1,158 @@
+"""The X display: whether it answers, whether it has OpenGL, and what OpenGL loads for it."""
+
+import ctypes
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from annotator.scene import drivers, x_display
+from annotator.scene.drivers import load_drivers
+from annotator.scene.x_display import XDisplay, opengl_library
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="about Linux' displays")
+
+DISPLAY = 0x1234_5678_9ABC
+"""Longer than an int of C's: what cuts it off is seen."""
+
+CODE = """
+import os
+from annotator.scene.drivers import load_drivers
+from annotator.scene.x_display import XDisplay, opengl_library
+def loaded():
+    with open("/proc/self/maps") as maps:
+        return {line.split()[-1] for line in maps if ".so" in line}
+opengl_library()
+before = loaded()
+load_drivers("offscreen")
+assert loaded() == before
+load_drivers("xcb")
+display = XDisplay()
+print(display.has_opengl(), bool(loaded() - before))
+display.close()
+"""
+
+
+class Library:
+    """A library of the system that notes what is called."""
+
+    def __init__(self, calls: list[str], **answers: object) -> None:
+        self._calls = calls
+        self._answers = answers
+
+    def __getattr__(self, name: str) -> Callable[..., object]:
+        def call(*given: object) -> object:
+            assert not given or getattr(given[0], "value", None) in (DISPLAY, 42, None)
+            self._calls.append(name)
+            return self._answers.get(name, 1)
+
+        setattr(self, name, call)
+        return call
+
+
+@pytest.fixture
+def calls(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What is called of a display with OpenGL."""
+    calls: list[str] = []
+    libraries = {
+        "libX11.so.6": Library(calls, XOpenDisplay=DISPLAY),
+        "libGLX.so.0": Library(calls, glXGetFBConfigs=42),
+    }
+    monkeypatch.setattr(ctypes, "CDLL", libraries.__getitem__)
+    return calls
+
+
+def test_opengl_is_asked_in_a_connection_of_its_own(calls: list[str]) -> None:
+    load_drivers("xcb")
+    assert calls == [
+        "XInitThreads",
+        "XOpenDisplay",
+        "XQueryExtension",
+        "XDefaultScreen",
+        "glXGetFBConfigs",
+        "XFree",
+        "XCloseDisplay",
+    ]
+
+
+@pytest.mark.parametrize("platform", ["offscreen", "cocoa", "windows", "wayland"])
+def test_elsewhere_nothing_is_loaded(calls: list[str], platform: str) -> None:
+    load_drivers(platform)
+    assert calls == []
+
+
+def test_a_display_without_opengl_is_not_asked(calls: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        ctypes.CDLL("libX11.so.6"), "_answers", {"XOpenDisplay": DISPLAY, "XQueryExtension": 0}
+    )
+    assert not XDisplay().has_opengl()
+    load_drivers("xcb")
+    assert "glXGetFBConfigs" not in calls
+    assert calls[-1] == "XCloseDisplay"
+
+
+def test_a_system_without_opengl_is_not_asked(calls: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(x_display, "opengl_library", lambda: None)
+    load_drivers("xcb")
+    assert calls == ["XInitThreads", "XOpenDisplay", "XCloseDisplay"]
+
+
+@pytest.mark.parametrize(
+    ("there", "expected"),
+    [
+        (["libGLX.so.0", "libGL.so.1"], "libGLX.so.0"),
+        (["libGL.so.1"], "libGL.so.1"),
+        ([], None),
+    ],
+)
+def test_the_older_library_does_where_the_newer_one_is_missing(
+    monkeypatch: pytest.MonkeyPatch, there: list[str], expected: str | None
+) -> None:
+    def load(name: str) -> str:
+        if name not in there:
+            raise OSError(name)
+        return name
+
+    monkeypatch.setattr(ctypes, "CDLL", load)
+    assert opengl_library() == expected
+
+
+def test_a_display_that_is_not_there_is_an_error_but_none_of_the_drivers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("DISPLAY", ":7777")
+    with pytest.raises(ConnectionError):
+        XDisplay()
+    load_drivers("xcb")
+
+
+def test_a_system_without_x_has_no_drivers_to_load(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse() -> None:
+        raise OSError("libX11.so.6: cannot open shared object file")
+
+    monkeypatch.setattr(drivers, "XDisplay", refuse)
+    load_drivers("xcb")
+
+
+@contextmanager
+def x_server(*options: str) -> Iterator[str]:
+    """A display of its own."""
+    command = ["Xvfb", "-displayfd", "1", "-screen", "0", "640x480x24", *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
+        assert server.stdout is not None
+        try:
+            yield f":{server.stdout.readline().strip()}"
+        finally:
+            server.terminate()
+
+
+@pytest.mark.skipif(shutil.which("Xvfb") is None, reason="no X server to be had")
+@pytest.mark.parametrize("has_opengl", [True, False])
+def test_a_real_display_says_whether_it_has_opengl(monkeypatch: pytest.MonkeyPatch, has_opengl: bool) -> None:
+    with x_server("+extension" if has_opengl else "-extension", "GLX") as display:
+        monkeypatch.setenv("DISPLAY", display)
+        done = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [str(has_opengl)] * 2
