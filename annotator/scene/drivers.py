@@ -20,5 +20,5 @@ def load_drivers(platform: str) -> None:
     except OSError:
         # Who needs it says so.
         return
+    # Never closed: with it the drivers would go, and take 4 ms to come again.
     display.load_opengl()
-    display.close()

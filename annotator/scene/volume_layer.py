@@ -19,6 +19,10 @@ MOVING_RAY_PX = 4.0
 _FARTHEST_RAY_PX = 8.0
 _MOVING_FRAME_S = 0.05
 
+# The first of all computes a table of directions, as the first mapper would do: better now, in the thread
+# that imports this module, than when the scene is built and the window stands still.
+vtk.vtkSphericalDirectionEncoder()
+
 _COLORS = 32  # of a colour map of 256: straight lines between them cannot be told from it
 
 
