@@ -16,7 +16,7 @@ from annotator.scene.mayavi_scene import MayaviScene
 
 # What Mayavi's scene is made of. Each is compiled when it is first asked for: better now, in the thread that
 # imports this module, than when the scene is built and the window stands still.
-for _name in ("OpenGLCamera", "OpenGLRenderWindow", "XOpenGLRenderWindow"):
+for _name in ("OpenGLCamera", "OpenGLRenderWindow", "OSOpenGLRenderWindow", "XOpenGLRenderWindow"):
     getattr(tvtk, _name, None)
 
 

@@ -26,6 +26,7 @@ _KEPT = "tvtk-classes.code"
 
 # Takes some 25 ms.
 _LARGE_CHARS = 100_000
+_PATIENCE_S = 10.0
 _COMPILE = """
 import marshal, sys
 source, filename, optimize = marshal.load(sys.stdin.buffer)
@@ -38,9 +39,9 @@ marshal.dump(code, sys.stdout.buffer)
 def kept_classes(folder: Path) -> Iterator[None]:
     """Import TVTK's classes as they were compiled before, and keep what is compiled in the block.
 
-    To compile them takes a seventh of Mayavi's import, and keeps Python's lock for that long: for the largest
-    of them 50 ms, so that another process does it. What cannot be read is compiled, what cannot be written is
-    not kept.
+    To compile them takes a seventh of Mayavi's import, and keeps Python's lock for that long: for the module
+    that all of them share 50 ms, so that another process does it. What cannot be read is compiled, what
+    cannot be written is not kept.
 
     Parameters
     ----------
@@ -93,10 +94,11 @@ class _Importer(zipimport.zipimporter):
                 input=marshal.dumps((source, self.get_filename(fullname), sys.flags.optimize)),
                 capture_output=True,
                 check=True,
+                timeout=_PATIENCE_S,
                 creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
             )
             return marshal.loads(done.stdout)
-        except (OSError, subprocess.CalledProcessError, EOFError) as error:
+        except (OSError, subprocess.SubprocessError, EOFError, ValueError, TypeError) as error:
             _log.warning("%s is compiled here: %s", fullname, error)
             return None
 

@@ -20,7 +20,17 @@ class Construction(QObject):
     Signals
     -------
     finished
-        The stage is there.
+        The stage is there, and taken in.
+
+    Parameters
+    ----------
+    behind : QWidget
+        In which the canvas stands.
+    renderer : Renderer
+    draw : callable
+        Draws a frame when the canvas asks for it.
+    take_in : callable
+        Gets the stage as a part of the last step.
 
     Attributes
     ----------
@@ -31,11 +41,18 @@ class Construction(QObject):
 
     finished = Signal()
 
-    def __init__(self, behind: QWidget, renderer: Renderer, draw: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        behind: QWidget,
+        renderer: Renderer,
+        draw: Callable[[], None],
+        take_in: "Callable[[Stage], None]",
+    ) -> None:
         super().__init__(behind)
         self._behind = behind
         self._renderer = renderer
         self._draw = draw
+        self._take_in = take_in
         self.canvas: Canvas | None = None
         self.stage: Stage | None = None
         self._steps: Generator[Stage | None] | None = None
@@ -61,15 +78,21 @@ class Construction(QObject):
         self._steps = self._steps or self._build()
         self._is_in_step = True
         try:
-            self.stage = next(self._steps)
+            stage = next(self._steps)
+            if stage is not None:
+                self._take_in(stage)
         except BaseException:
             self._forget()
             raise
         finally:
             self._is_in_step = False
-        if self.stage is None:
+        if self._has_ended:
+            # By what the step has called.
+            self.end()
+            return False
+        if stage is None:
             return True
-        self._steps = None
+        self.stage, self._steps = stage, None
         self.finished.emit()
         return False
 
@@ -79,7 +102,6 @@ class Construction(QObject):
         self._turns.drop()
         if self.canvas is not None:
             self.canvas.close()
-        # What VTK has prepared goes with them.
         self._steps = None
 
     def _go_on_in_turn(self) -> None:
@@ -97,10 +119,9 @@ class Construction(QObject):
         from annotator.scene.opengl import opengl_window, prepare_opengl
         from annotator.scene.stage import Stage
 
-        prepared = prepare_opengl()
+        prepare_opengl()
         yield None
         window = opengl_window()
-        del prepared
         yield None
         # Those of the system's windows in which that of the scene stands.
         self._behind.winId()

@@ -18,10 +18,10 @@ def load_libraries() -> None:
     for folder in found.submodule_search_locations or () if found is not None else ():
         for path in sorted(Path(folder).glob("vtk*")):
             if path.suffix in (".so", ".pyd"):
-                load_library(path)
+                _load_library(path)
 
 
-def load_library(path: Path) -> None:
+def _load_library(path: Path) -> None:
     """Load a library without Python's lock. One that cannot be loaded is told by who needs it, if anybody."""
     if sys.platform == "win32":
         with contextlib.suppress(OSError):

@@ -12,7 +12,9 @@ class MayaviScene(Scene):
     """Mayavi's scene, but for what takes long to make and what draws by itself.
 
     Mayavi's own has VTK make a window, which tries once more what it can draw with, and makes a picker: four
-    times as long. Here the picker is made when somebody asks for it, and no trait that is set draws a frame.
+    times as long. Here the picker is made when somebody asks for it. Of the traits only the background is
+    brought to VTK, and none draws a frame: the camera, stereo pictures and what the mouse does are not this
+    scene's.
 
     Parameters
     ----------
@@ -36,9 +38,6 @@ class MayaviScene(Scene):
         self._renwin = tvtk.to_tvtk(self._given)
         self._renderer = tvtk.Renderer()
         self._renwin.add_renderer(self._renderer)
-        # Kept: with TVTK's object, what follows it would go.
-        self._camera = self.camera
         self.sync_trait("background", self._renderer)
-        self.sync_trait("parallel_projection", self._camera)
         self._interactor = self._renwin.interactor
         return self._vtk_control

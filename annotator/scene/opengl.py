@@ -1,16 +1,18 @@
 """OpenGL, as VTK finds it: in steps, so that the window answers between them."""
 
+import functools
 import os
 
 import vtk
 from PySide6.QtGui import QGuiApplication
 
 
-def prepare_opengl() -> object:
-    """Let VTK ask OpenGL what an X display can show; return what keeps that until there is a window.
+@functools.cache
+def prepare_opengl() -> vtk.vtkRenderWindow | None:
+    """Let VTK ask OpenGL what an X display can show, once: its first window would do that, and more.
 
-    VTK does so at first, and then once more for each window. Elsewhere, and where it draws into memory, there
-    is nothing to prepare.
+    Returns what it has asked with, whose connection to the display VTK would never close. Elsewhere, and
+    where it draws into memory, there is nothing to prepare.
     """
     if QGuiApplication.platformName() != "xcb" or os.environ.get("VTK_DEFAULT_OPENGL_WINDOW"):
         return None

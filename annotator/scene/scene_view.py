@@ -69,8 +69,8 @@ class SceneView(QWidget):
         self._layout = QVBoxLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._session = session
-        self._construction = Construction(self, renderer, self._draw)
-        self._construction.finished.connect(self._on_construction_finished)
+        self._construction = Construction(self, renderer, self._draw, self._take_in)
+        self._construction.finished.connect(self.started)
         self._hand = Hand(session)
         self._cursor_at: QPointF | None = None
         self._camera: Camera | None = None
@@ -109,15 +109,8 @@ class SceneView(QWidget):
     def _stage(self) -> "Stage | None":
         return self._construction.stage
 
-    @Slot()
-    def _on_construction_finished(self) -> None:
-        if self._stage is not None:
-            self._take_in(self._stage.canvas.widget)
-            self._stage.canvas.show()
-            self._redraw()
-            self.started.emit()
-
-    def _take_in(self, canvas: QWidget) -> None:
+    def _take_in(self, stage: "Stage") -> None:
+        canvas = stage.canvas.widget
         canvas.setObjectName("scene_canvas")
         canvas.setAccessibleName("3D scene")
         self._layout.addWidget(canvas)
@@ -133,6 +126,8 @@ class SceneView(QWidget):
         gestures.look_requested.connect(self._on_gestures_look_requested)
         gestures.hovered.connect(self._on_gestures_hovered)
         gestures.left.connect(self._on_gestures_left)
+        stage.canvas.show()
+        canvas.update()
 
     def shut_down(self) -> None:
         """Let go of everything that Mayavi, VTK and OpenGL hold; call it before the window goes."""

@@ -2,7 +2,8 @@
 
 import ctypes
 
-_OPENGL_NAMES = ("libGLX.so.0", "libGL.so.1")
+_OPENGL = "libGL.so.1"
+"""As VTK has it."""
 
 
 class XDisplay:
@@ -38,8 +39,11 @@ class XDisplay:
 
         Does nothing where the system or the display has no OpenGL.
         """
-        opengl = opengl_library()
-        if opengl is None or not self.has_opengl():
+        try:
+            opengl = ctypes.CDLL(_OPENGL)
+        except OSError:
+            return
+        if not self.has_opengl():
             return
         opengl.glXGetFBConfigs.restype = ctypes.c_void_p
         number = ctypes.c_int()
@@ -50,13 +54,3 @@ class XDisplay:
     def close(self) -> None:
         """End the connection; nothing else may be called after it."""
         self._x11.XCloseDisplay(self._display)
-
-
-def opengl_library() -> ctypes.CDLL | None:
-    """Return the system's library by which OpenGL draws on an X display."""
-    for name in _OPENGL_NAMES:
-        try:
-            return ctypes.CDLL(name)
-        except OSError:
-            continue
-    return None

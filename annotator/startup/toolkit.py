@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from annotations.errors import UserError
-from annotator.scene.x_display import XDisplay, opengl_library
+from annotator.scene.x_display import XDisplay
 
 OSMESA_NAMES = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
 _SCREENLESS_PLATFORMS = ("offscreen", "minimal", "vnc")
@@ -99,10 +99,6 @@ def _draw_on_display() -> None:
     missing = _missing_for_xcb()
     if missing:
         raise ToolkitError(f"Qt cannot open a window: {missing}", remedy=_INSTALL_FOR_WINDOW)
-    if opengl_library() is None:
-        raise ToolkitError(
-            "VTK cannot draw: neither libGLX nor libGL can be loaded", remedy=_INSTALL_FOR_WINDOW
-        )
     if not _x_display_has_opengl():
         _draw_scene_in_memory()
 
@@ -113,7 +109,8 @@ def _draw_scene_in_memory() -> None:
         raise ToolkitError(
             f"the display {os.environ['DISPLAY']!r} has no OpenGL (its extension GLX)",
             remedy="Start its X server with it (Xvnc and Xvfb: '+extension GLX'), or install what draws "
-            f"without: sudo apt-get install libosmesa6. {_DRAW_WITHOUT}",
+            "without: sudo apt-get install libosmesa6. To draw the window into a picture instead, install "
+            "xvfb: xvfb-run -a annotator --screenshot OUT.png PATH",
         )
     os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = "vtkOSOpenGLRenderWindow"
 
@@ -150,8 +147,11 @@ def _x_display_answers() -> bool:
 
 
 def _x_display_has_opengl() -> bool:
-    """Say whether the X server named by DISPLAY shows what OpenGL draws."""
-    display = XDisplay()
+    """Say whether the X server named by DISPLAY shows what OpenGL draws, or cannot be asked."""
+    try:
+        display = XDisplay()
+    except OSError:
+        return True
     try:
         return display.has_opengl()
     finally:

@@ -81,7 +81,7 @@ def main() -> int:
         def _has_scene(self, window: MainWindow) -> bool:
             canvas = window.scene._construction.canvas
             if canvas is not None and self._watchdog.frames is None:
-                # Before the first frame, for which OpenGL's context is made.
+                # Before the first frame.
                 self._watchdog.frames = Frames(canvas.window)
             is_built = window.scene._stage is not None
             return is_built and (not with_volume or window.scene.volume_draws > 0)

@@ -108,7 +108,7 @@ def test_another_process_compiles_a_large_module(
     assert not caplog.records
 
 
-@pytest.mark.parametrize("python", ["absent", "false", "true"])
+@pytest.mark.parametrize("python", ["absent", "false", "true", "echo"])
 def test_what_no_other_process_compiles_is_compiled_here(
     archive: Path,
     tmp_path: Path,

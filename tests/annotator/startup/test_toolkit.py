@@ -18,7 +18,6 @@ def environment(monkeypatch):
         monkeypatch.delenv(name)
     monkeypatch.setattr(toolkit, "_x_display_answers", lambda: bool(os.environ.get("DISPLAY")))
     monkeypatch.setattr(toolkit, "_x_display_has_opengl", lambda: True)
-    monkeypatch.setattr(toolkit, "opengl_library", object)
     monkeypatch.setattr(toolkit, "_library_loads", lambda _name: True)
     monkeypatch.setattr(toolkit, "_missing_for_xcb", lambda: "")
     return monkeypatch
@@ -106,17 +105,32 @@ def test_a_display_without_opengl_is_named_where_nothing_else_draws(environment)
     environment.setattr(toolkit, "_library_loads", lambda _name: False)
     with pytest.raises(ToolkitError) as raised:
         toolkit.prepare(headless=False)
-    for named in (":0", "GLX", "+extension GLX", "libosmesa6"):
+    for named in (":0", "GLX", "+extension GLX", "libosmesa6", "xvfb-run"):
         assert named in str(raised.value)
 
 
-def test_a_system_without_opengl_is_told_what_to_install(environment):
-    environment.setenv("DISPLAY", ":0")
-    environment.setattr(toolkit, "opengl_library", lambda: None)
-    with pytest.raises(ToolkitError) as raised:
-        toolkit.prepare(headless=False)
-    assert "libGL" in str(raised.value)
-    assert "libgl1" in str(raised.value)
+def test_a_display_that_cannot_be_asked_counts_as_one_with_opengl(monkeypatch):
+    def refuse():
+        raise OSError("libX11.so.6: cannot open shared object file")
+
+    monkeypatch.setattr(toolkit, "XDisplay", refuse)
+    assert toolkit._x_display_has_opengl()
+
+
+@pytest.mark.parametrize("answer", [True, False])
+def test_a_display_is_asked_for_opengl_and_let_go(monkeypatch, answer):
+    class Display:
+        closed = False
+
+        def has_opengl(self):
+            return answer
+
+        def close(self):
+            Display.closed = True
+
+    monkeypatch.setattr(toolkit, "XDisplay", Display)
+    assert toolkit._x_display_has_opengl() == answer
+    assert Display.closed
 
 
 def test_missing_library_of_xcb_is_named_with_its_package(environment):
