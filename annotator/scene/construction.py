@@ -79,7 +79,7 @@ class Construction(QObject):
         self._is_in_step = True
         try:
             stage = next(self._steps)
-            if stage is not None:
+            if stage is not None and not self._has_ended:
                 self._take_in(stage)
         except BaseException:
             self._forget()

@@ -9,13 +9,21 @@ from annotator.scene import opengl
 from annotator.scene.scene_view import SceneView
 from annotator.session import Session
 
+STEPS = 7
+
 
 @pytest.fixture
-def half_built(qtbot: QtBot, session: Session) -> SceneView:
-    """A view of which VTK's window is there already, and the rest is not."""
+def view(qtbot: QtBot, session: Session) -> SceneView:
+    """A view of which nothing is built."""
     view = SceneView(session)
     qtbot.addWidget(view)
     view.resize(100, 80)
+    return view
+
+
+@pytest.fixture
+def half_built(view: SceneView) -> SceneView:
+    """A view of which VTK's window is there already, and the rest is not."""
     while view._construction.canvas is None:
         assert view._construction.go_on()
     return view
@@ -83,18 +91,6 @@ def test_a_scene_that_could_not_be_built_is_tried_again(
     assert half_built._stage is None
     half_built.start()
     assert not half_built.picture().isNull()
-
-
-STEPS = 7
-
-
-@pytest.fixture
-def view(qtbot: QtBot, session: Session) -> SceneView:
-    """A view of which nothing is built."""
-    view = SceneView(session)
-    qtbot.addWidget(view)
-    view.resize(100, 80)
-    return view
 
 
 def test_each_step_has_a_turn_of_its_own(

@@ -129,7 +129,10 @@ def x_server(*options: str) -> Iterator[str]:
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
         assert server.stdout is not None
         try:
-            yield f":{server.stdout.readline().strip()}"
+            number = server.stdout.readline().strip()
+            if not number:
+                pytest.skip("the X server does not start")
+            yield f":{number}"
         finally:
             server.terminate()
 
